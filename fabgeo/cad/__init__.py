@@ -1,0 +1,1 @@
+"""The only room that knows the CAD kernel: reads CAD files, builds solids, writes STEP."""

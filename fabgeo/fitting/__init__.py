@@ -1,0 +1,1 @@
+"""Fitting strip models: objectives, least squares, Levenberg-Marquardt, starts."""

@@ -1,0 +1,1 @@
+"""What a patch can be made as: plane, cylinder, cone, developable; unfolding."""

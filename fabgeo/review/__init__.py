@@ -1,0 +1,1 @@
+"""What people read: schedules, the check of the written files, the page, drawings."""

@@ -1,0 +1,1 @@
+"""Flat parts on stock: biarcs, DXF, nesting."""

@@ -1,0 +1,1 @@
+"""The strip model and what is constructed on it in closed form."""

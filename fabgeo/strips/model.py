@@ -1,0 +1,159 @@
+"""The developable strip model (paper section 1, eq. 1) and its patches.
+
+Glossary
+--------
+edge curve p_i(u)
+    Cubic B-spline on uniform integer knots, i = 0..n (i = 0..n-1 where the model is closed in i).
+strip i
+    The ruled surface x_i(u, v) = (1 - v) p_i(u) + v p_{i+1}(u).
+ruling
+    The segment u = const of a strip; the rulings of one u over all strips: a ruling polygon.
+patch
+    The part of a strip between two rulings: what a panel, a cell or a wall is made on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from fabgeo import spline
+from fabgeo.arrays import Array, set_frozen, unit
+from fabgeo.errors import InputError
+
+type Kind = Literal["general", "conical", "circular", "geodesic"]
+KINDS: tuple[str, ...] = get_args(Kind.__value__)
+
+
+@dataclass(frozen=True)
+class StripModel:
+    """Edge curves that share a parameter, and the strips between neighbours.
+
+    Attributes
+    ----------
+    control : (edges, c, 3) array
+        Control points b[i, j]. Open in u: c = m + 3 for m segments. Closed in u: c = m.
+    closed_u : bool
+        Every edge curve is a closed curve (a tower's floors).
+    closed_i : bool
+        The last edge is joined to the first by one more strip (a ring of strips).
+    kind : str
+        "general", "conical", "circular" or "geodesic": which property the model was fitted to.
+    info : mapping
+        What is worth keeping about its origin (start, weights, fit history); plain data.
+    """
+
+    control: Array
+    closed_u: bool = False
+    closed_i: bool = False
+    kind: Kind = "general"
+    info: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "control", ("edges", "c", 3))
+        spline.checked_control("StripModel.control", self.control, self.closed_u)
+        least = 3 if self.closed_i else 2
+        if self.edges < least:
+            raise InputError(
+                "StripModel.control", f"needs {least} edge curves or more, found {self.edges}"
+            )
+        if self.kind not in KINDS:
+            raise InputError("StripModel.kind", f"expected one of {KINDS}, found {self.kind!r}")
+
+    @property
+    def edges(self) -> int:
+        """Number of edge curves."""
+        return self.control.shape[0]
+
+    @property
+    def strips(self) -> int:
+        """Number of strips."""
+        return self.edges if self.closed_i else self.edges - 1
+
+    @property
+    def segments(self) -> int:
+        """Number m of knot spans; u runs over [0, m]."""
+        return spline.segments_of(self.control.shape[1], self.closed_u)
+
+    def points(self, u: Array, derivative: int = 0) -> Array:
+        """Points or u-derivatives of all edge curves: (edges, k, 3) for u (k,)."""
+        return spline.evaluate(self.control, u, self.closed_u, derivative)
+
+    def edge(self, i: int, u: Array, derivative: int = 0) -> Array:
+        """Points or u-derivatives of one edge curve (i modulo edges where closed): (k, 3)."""
+        index = i % self.edges if self.closed_i else i
+        return spline.evaluate(self.control[index], u, self.closed_u, derivative)
+
+    def pairs(self, values: Array) -> tuple[Array, Array]:
+        """Values per edge (edges, ...) as the two sides of every strip, each (strips, ...)."""
+        if self.closed_i:
+            return values, np.roll(values, -1, axis=0)
+        return values[:-1], values[1:]
+
+    def rulings(self, u: Array) -> tuple[Array, Array]:
+        """Unit rulings (strips, k, 3) from p_i to p_{i+1} and their lengths (strips, k)."""
+        first, second = self.pairs(self.points(u))
+        vector = second - first
+        return unit(vector), np.linalg.norm(vector, axis=-1)
+
+    def parameters(self, per_segment: int = 4) -> Array:
+        """Evenly spaced parameters, `per_segment` to a knot span, both ends of an open model."""
+        count = self.segments * per_segment
+        u = np.linspace(0.0, self.segments, count + 1)
+        return u[:-1] if self.closed_u else u
+
+    def with_control(self, control: Array, **changes: Any) -> StripModel:
+        """The same model with other control points (and other attributes, if given)."""
+        return replace(self, control=control, **changes)
+
+    def refined(self) -> StripModel:
+        """Every knot span halved, the same surface; parameters double."""
+        return self.with_control(spline.refine(self.control, self.closed_u))
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The part of strip `strip` of a model between the rulings u0 and u1.
+
+    Attributes
+    ----------
+    strip, cell : int
+        Strip index i and running number along the strip.
+    u0, u1 : float
+        Parameter interval, u0 < u1 (of a closed strip u1 may exceed m; parameters are periodic).
+    """
+
+    strip: int
+    cell: int
+    u0: float
+    u1: float
+
+    def __post_init__(self) -> None:
+        if not self.u0 < self.u1:
+            raise InputError(
+                f"patch {self.tag}", f"expected u0 < u1, found {self.u0} and {self.u1}"
+            )
+
+    @property
+    def tag(self) -> str:
+        """The number in every mark: strip and cell, such as ``03-07``."""
+        return f"{self.strip:02d}-{self.cell:02d}"
+
+    @property
+    def mark(self) -> str:
+        """The panel's mark, ``P-03-07``."""
+        return f"P-{self.tag}"
+
+    def parameters(self, count: int) -> Array:
+        """`count` evenly spaced parameters from u0 to u1."""
+        return np.linspace(self.u0, self.u1, count)
+
+    def edges(self, model: StripModel, u: Array, derivative: int = 0) -> tuple[Array, Array]:
+        """The two edge curves of the patch at u (k,): each (k, 3)."""
+        return (
+            model.edge(self.strip, u, derivative),
+            model.edge(self.strip + 1, u, derivative),
+        )

@@ -1,0 +1,90 @@
+"""One ruled patch as an exact degree 3 x 1 B-spline: what every plate and every face is made on.
+
+Glossary
+--------
+edge curves
+    Two clamped cubic B-splines with common knots; points of equal parameter lie on one ruling.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from fabgeo import spline
+from fabgeo.arrays import Array, set_frozen
+from fabgeo.errors import InputError
+from fabgeo.strips.model import Patch, StripModel
+
+
+@dataclass(frozen=True)
+class RuledPatch:
+    """The ruled surface x(u, v) = (1 - v) a(u) + v b(u) between two clamped cubic B-splines.
+
+    Attributes
+    ----------
+    knots : (k + 4,) array
+        Clamped cubic knots; u runs from `u0` to `u1`.
+    poles : (2, k, 3) array
+        Control points of the edge curves a and b.
+    """
+
+    knots: Array
+    poles: Array
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "knots", ("n",))
+        set_frozen(self, "poles", (2, "k", 3))
+        if len(self.knots) != self.poles.shape[1] + 4 or np.any(np.diff(self.knots) < 0.0):
+            raise InputError(
+                "RuledPatch.knots",
+                f"expected {self.poles.shape[1] + 4} ascending knots, found {len(self.knots)}",
+            )
+
+    @property
+    def u0(self) -> float:
+        """First parameter."""
+        return float(self.knots[0])
+
+    @property
+    def u1(self) -> float:
+        """Last parameter."""
+        return float(self.knots[-1])
+
+    def edges(self, u: Array, derivative: int = 0) -> Array:
+        """Points or u-derivatives (2, k, 3) of both edge curves at u (k,)."""
+        curve = BSpline(self.knots, np.moveaxis(self.poles, 1, 0), 3)
+        return np.moveaxis(np.asarray(curve(u, derivative)), 0, 1)
+
+    def points(self, u: Array, v: Array) -> Array:
+        """Surface points at parameters u, v of equal shape (k,): (k, 3)."""
+        a, b = self.edges(u)
+        return a + np.asarray(v)[..., None] * (b - a)
+
+    def parameters(self, per_span: int = 8) -> Array:
+        """Evenly spaced parameters, `per_span` to a knot span, both ends included."""
+        spans = np.unique(self.knots)
+        fraction = np.arange(per_span) / per_span
+        inner = spans[:-1, None] + fraction * np.diff(spans)[:, None]
+        return np.append(inner.ravel(), spans[-1])
+
+    @classmethod
+    def of_model(cls, model: StripModel, patch: Patch) -> Self:
+        """The patch of a strip model, exactly (the spline's own pieces, knots kept)."""
+        index = (
+            [patch.strip, (patch.strip + 1) % model.edges]
+            if model.closed_i
+            else [patch.strip, patch.strip + 1]
+        )
+        knots, poles = spline.clip(model.control[index], model.closed_u, patch.u0, patch.u1)
+        return cls(knots, poles)
+
+    @classmethod
+    def through(cls, knots: Array, sites: Array, first: Array, second: Array) -> Self:
+        """Interpolate points of both edge curves (k, 3) given at sites (k,), e.g. Greville's."""
+        points = np.stack([first, second], axis=1)
+        poles = np.asarray(make_interp_spline(sites, points, k=3, t=knots).c)
+        return cls(knots, np.moveaxis(poles, 1, 0))

@@ -1,0 +1,1 @@
+"""What a building is made of, still pure geometry: panels, cells, beams, connectors."""

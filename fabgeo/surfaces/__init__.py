@@ -1,0 +1,1 @@
+"""Design surfaces: closest point, normal, curvature, boundary; meshes, B-splines, formulas."""
