@@ -1,1 +1,1 @@
-"""What people read: schedules, the check of the written files, the page, drawings."""
+"""What people read: schedules, verdicts, the page, drawings, and the check of written files."""

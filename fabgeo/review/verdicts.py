@@ -1,0 +1,124 @@
+"""Limits against figures: a verdict and a reason for every part, and checks/review.json.
+
+Glossary
+--------
+verdict
+    "good" within the limit, "warn" within its range of warnings, "fail" beyond it, "not asked"
+    where no figure of the part has a limit. A part's verdict is its worst figure's.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fabgeo.review.record import SUMMARY_KEYS, Limit, ReviewRecord, Row, Verdict
+
+ORDER: tuple[Verdict, ...] = ("not asked", "good", "warn", "fail")
+
+
+def verdict_of(limit: Limit, value: float | None) -> Verdict:
+    """The verdict on one figure; a figure that is not a number fails."""
+    if limit.good is None or value is None:
+        return "not asked"
+    if not math.isfinite(value):
+        return "fail" if limit.sense == "max" or math.isnan(value) else "good"
+    sign = 1.0 if limit.sense == "max" else -1.0
+    if sign * value <= sign * limit.good:
+        return "good"
+    if limit.warn is not None and sign * value <= sign * limit.warn:
+        return "warn"
+    return "fail"
+
+
+def judge(limits: Iterable[Limit], figures: Mapping[str, float | None]) -> tuple[Verdict, str]:
+    """The worst verdict on a part's figures and the reasons for whatever is not good."""
+    worst: Verdict = "not asked"
+    reasons: dict[str, list[str]] = {"warn": [], "fail": []}
+    for limit in limits:
+        value = figures.get(limit.key)
+        verdict = verdict_of(limit, value)
+        if ORDER.index(verdict) > ORDER.index(worst):
+            worst = verdict
+        if verdict in reasons:
+            bound = limit.good if limit.warn is None or verdict == "warn" else limit.warn
+            relation = "over" if limit.sense == "max" else "under"
+            reasons[verdict].append(f"{limit.key} {value:.4g} {relation} {bound:g}")
+    return worst, "; ".join(reasons["fail"] + reasons["warn"])
+
+
+def judged(record: ReviewRecord) -> ReviewRecord:
+    """The record with "verdict" and "reason" on every row whose part has figures.
+
+    A verdict that a row brings along (a part that could not be made) is kept when it is worse.
+    """
+    verdicts = {mark: judge(record.limits, own) for mark, own in record.figures.items()}
+
+    def rows(table: tuple[Row, ...]) -> tuple[Row, ...]:
+        return tuple(_with_verdict(row, verdicts.get(str(row.get("mark")))) for row in table)
+
+    return replace(
+        record,
+        panels=rows(record.panels),
+        plates=rows(record.plates),
+        beams=rows(record.beams),
+    )
+
+
+def review_of(record: ReviewRecord) -> dict[str, Any]:
+    """The contents of checks/review.json (handover.md); null where a figure was not asked for."""
+    record = judged(record)
+    rows = {str(r["mark"]): r for t in (record.panels, record.plates, record.beams) for r in t}
+    parts: dict[str, dict[str, Any]] = {}
+    for mark in sorted({*rows, *record.figures}):
+        figures = record.figures.get(mark, {})
+        verdict, reason = judge(record.limits, figures)
+        row = rows.get(mark, {})
+        parts[mark] = {key: _plain(value) for key, value in figures.items()}
+        parts[mark]["verdict"] = row.get("verdict") or verdict
+        parts[mark]["reason"] = row.get("reason") or reason
+    summary = {key: _plain(record.summary.get(key)) for key in SUMMARY_KEYS}
+    summary |= {k: _plain(v) for k, v in record.summary.items() if k not in summary}
+    summary["failed_verdicts"] = sum(part["verdict"] == "fail" for part in parts.values())
+    limits = {
+        limit.key: {
+            "good": limit.good,
+            "warn": limit.warn,
+            "sense": limit.sense,
+            "label": limit.label,
+            "origin": limit.origin,
+        }
+        for limit in record.limits
+    }
+    seconds = {stage: round(float(value), 3) for stage, value in record.seconds.items()}
+    return {"summary": summary, "limits": limits, "parts": parts, "seconds": seconds}
+
+
+def write_review(path: Path, record: ReviewRecord) -> dict[str, Any]:
+    """Write checks/review.json and return what was written."""
+    review = review_of(record)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(review, indent=1, allow_nan=False, ensure_ascii=False)
+    path.write_text(text + "\n", encoding="utf-8")
+    return review
+
+
+def _with_verdict(row: Row, found: tuple[Verdict, str] | None) -> Row:
+    own: Verdict = row.get("verdict") or "not asked"
+    verdict, reason = found or ("not asked", "")
+    if ORDER.index(own) > ORDER.index(verdict):
+        reason = "; ".join(filter(None, [str(row.get("reason") or ""), reason]))
+        verdict = own
+    return {**row, "verdict": verdict, "reason": reason}
+
+
+def _plain(value: Any) -> Any:
+    """A number that JSON can hold: infinite and undefined ones become null."""
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None
