@@ -1,0 +1,141 @@
+"""What a solid measures, by the kernel: validity, closedness, volume, tolerance, surfaces."""
+
+# The kernel's binding ships no type stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+from OCP.TopoDS import TopoDS_Shape
+
+from fabgeo.arrays import Array
+from fabgeo.cad import kernel
+
+VOLUME_EPS = 1e-10
+"""Relative error asked of the adaptive volume integral; the default one is off by 7e-7."""
+
+
+@dataclass(frozen=True)
+class SolidReport:
+    """What the kernel says of one shape.
+
+    Attributes
+    ----------
+    solids : int
+        Number of solids.
+    valid : bool
+        By BRepCheck (which knows nothing of folds: see `fabgeo.cad.sound`).
+    closed : bool
+        Every edge is used by two faces, once in each sense.
+    volume : float
+        mm3, positive for a solid that is oriented outwards.
+    area : float
+        Surface in mm2.
+    centre : (3,) array
+        Centre of mass.
+    tolerance : float
+        The largest tolerance of faces, edges and vertices in mm.
+    surfaces : dict
+        Number of faces of each kind: plane, cylinder, cone, bspline, ...
+    """
+
+    solids: int
+    valid: bool
+    closed: bool
+    volume: float
+    area: float
+    centre: Array
+    tolerance: float
+    surfaces: dict[str, int]
+
+    @property
+    def sound(self) -> bool:
+        """One valid, closed solid of positive volume."""
+        return self.solids == 1 and self.valid and self.closed and self.volume > 0.0
+
+
+def check_solid(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> SolidReport:
+    """Measure a shape; see `SolidReport`."""
+    total, centre = volume(shape, eps)
+    surface = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, surface)
+    return SolidReport(
+        solids=len(kernel.solids(shape)),
+        valid=is_valid(shape),
+        closed=is_closed(shape),
+        volume=total,
+        area=float(surface.Mass()),
+        centre=centre,
+        tolerance=max_tolerance(shape),
+        surfaces=surface_kinds(shape),
+    )
+
+
+def is_valid(shape: TopoDS_Shape) -> bool:
+    """Whether BRepCheck finds nothing wrong."""
+    return bool(BRepCheck_Analyzer(shape).IsValid())
+
+
+def is_closed(shape: TopoDS_Shape) -> bool:
+    """Whether every edge is used once in each sense (seams too)."""
+    senses: Counter[int] = Counter()
+    uses: Counter[int] = Counter()
+    seen: list[TopoDS_Shape] = []
+    index: dict[int, list[int]] = {}
+    for edge in kernel.edges(shape):
+        if BRep_Tool.Degenerated_s(edge):
+            continue
+        bucket = index.setdefault(hash(edge), [])
+        key = next((k for k in bucket if seen[k].IsSame(edge)), -1)
+        if key < 0:
+            key = len(seen)
+            seen.append(edge)
+            bucket.append(key)
+        uses[key] += 1
+        senses[key] += 1 if edge.Orientation().name == "TopAbs_FORWARD" else -1
+    return bool(seen) and all(uses[k] == 2 and senses[k] == 0 for k in uses)
+
+
+def volume(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> tuple[float, Array]:
+    """Volume in mm3 and centre of mass, by adaptive integration to a relative error."""
+    props = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, props, eps, False, False)
+    centre = props.CentreOfMass()
+    return float(props.Mass()), np.array([centre.X(), centre.Y(), centre.Z()])
+
+
+def max_tolerance(shape: TopoDS_Shape) -> float:
+    """The largest tolerance of faces, edges and vertices."""
+    tolerances = [BRep_Tool.Tolerance_s(face) for face in kernel.faces(shape)]
+    tolerances += [BRep_Tool.Tolerance_s(edge) for edge in kernel.edges(shape)]
+    tolerances += [BRep_Tool.Tolerance_s(vertex) for vertex in kernel.vertices(shape)]
+    return float(max(tolerances, default=0.0))
+
+
+def surface_kinds(shape: TopoDS_Shape) -> dict[str, int]:
+    """Number of faces of each kind of surface."""
+    kinds = (surface_kind(BRepAdaptor_Surface(face)) for face in kernel.faces(shape))
+    return dict(Counter(kinds))
+
+
+def surface_kind(surface: BRepAdaptor_Surface) -> str:
+    """The kind of a face's surface: plane, cylinder, cone, bspline, ..."""
+    return surface.GetType().name.removeprefix("GeomAbs_").removesuffix("Surface").lower()
+
+
+def bounding_box(shape: TopoDS_Shape) -> tuple[Array, Array]:
+    """Lowest and highest corner, tight to the geometry."""
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    low, high = box.CornerMin(), box.CornerMax()
+    return np.array([low.X(), low.Y(), low.Z()]), np.array([high.X(), high.Y(), high.Z()])
