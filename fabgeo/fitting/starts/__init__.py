@@ -1,0 +1,195 @@
+"""Initial strip models: what an optimisation starts from (paper, "Initializing optimization").
+
+Every method has its file; `start` calls it, checks the result for folds and says why it was chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from inspect import signature
+from typing import Any
+
+from fabgeo.errors import FabgeoError, InputError
+from fabgeo.fitting.starts.iso import iso_start
+from fabgeo.fitting.starts.mesh import mesh_start
+from fabgeo.fitting.starts.model import model_start
+from fabgeo.fitting.starts.quality import Quality, check_folds, quality
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface
+
+# Every method: (surface, strips, segments, direction, seed, **options) -> model, notes.
+_STARTS: dict[str, Callable[..., tuple[StripModel, list[str]]]] = {
+    "iso": iso_start,
+    "mesh": mesh_start,
+    "model": model_start,
+}
+METHODS: tuple[str, ...] = ("auto", *_STARTS)
+# Options of `draw.model_of_net` that several methods pass on.
+_SHARED = ("sag", "conjugate", "project", "ends")
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One start that was tried: its method, direction, figures, and what spoke against it."""
+
+    method: str
+    direction: str
+    quality: Quality | None
+    problem: str = ""
+    model: StripModel | None = field(default=None, repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Method and direction, such as ``iso v``."""
+        return f"{self.method} {self.direction}".strip()
+
+    @property
+    def score(self) -> float:
+        """The lower the better: degrees of twist, uncovered area and uneven widths in one number.
+
+        A degree of twist weighs as much as 1 % of the surface uncovered or as widths 20 % over the
+        mean; a fold excludes.
+        """
+        q = self.quality
+        if q is None or q.folds > 0.0:
+            return float("inf")
+        return q.twist_rms + 100.0 * (1.0 - q.coverage) + 5.0 * (q.width_ratio - 1.0)
+
+
+@dataclass(frozen=True)
+class Start:
+    """An initial strip model, the method it came by, and why.
+
+    Attributes
+    ----------
+    model : StripModel
+    method : str
+        The method used ("auto" is replaced by the chosen one).
+    why : str
+        The reason in words, with the figures it rests on.
+    candidates : list of Candidate
+        What was tried, best first (one, unless "auto").
+    notes : list of str
+        What the method found: umbilics, resampling, parameters made conjugate.
+    """
+
+    model: StripModel
+    method: str
+    why: str
+    candidates: list[Candidate]
+    notes: list[str]
+
+
+def start(
+    surface: DesignSurface,
+    method: str = "auto",
+    strips: int | None = None,
+    segments: int | None = None,
+    direction: str | None = None,
+    seed: Any = None,
+    **options: Any,
+) -> Start:
+    """An initial strip model for a design surface.
+
+    Parameters
+    ----------
+    surface : DesignSurface
+    method : str
+        "auto" measures candidates and chooses; or one of `METHODS`.
+    strips, segments : int, optional
+        Numbers wanted; by default from a sag target (option `sag`).
+    direction : str, optional
+        Which family the edges follow, in the method's own words ("u" or "v").
+    seed : optional
+        What the method starts from: a point, a curve, or a previous model.
+    **options
+        Further options of the method's own function.
+
+    Raises
+    ------
+    InputError
+        For unknown methods or options, and strip counts that the surface can't hold.
+    GeometryError
+        If the start folds, naming strip and u.
+    """
+    if method not in METHODS:
+        raise InputError("start method", f"expected one of {', '.join(METHODS)}, found {method!r}")
+    if method == "auto":
+        return _auto(surface, strips, segments, direction, options)
+    model, notes = _called(method, surface, strips, segments, direction, seed, options)
+    check_folds(model, surface, method)
+    found = quality(model, surface)
+    model = _told(model, method, direction, notes)
+    candidate = Candidate(method, direction or "", found, "", model, tuple(notes))
+    return Start(model, method, f"{candidate.name} was asked for: {found}", [candidate], notes)
+
+
+def _called(
+    method: str,
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    direction: str | None,
+    seed: Any,
+    options: dict[str, Any],
+) -> tuple[StripModel, list[str]]:
+    function = _STARTS[method]
+    known = signature(function).parameters
+    for name in options:
+        if name not in known and name not in _SHARED:
+            near = get_close_matches(name, [*known, *_SHARED], 1)
+            cure = f"did you mean '{near[0]}'?" if near else ""
+            raise InputError("start options", f"'{method}' has no option '{name}'", cure)
+    return function(surface, strips, segments, direction, seed, **options)
+
+
+def _auto(
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    direction: str | None,
+    options: dict[str, Any],
+) -> Start:
+    tried = []
+    for method, way in _plans(surface, direction):
+        try:
+            model, notes = _called(method, surface, strips, segments, way, None, options)
+        except FabgeoError as error:
+            tried.append(Candidate(method, way, None, str(error)))
+            continue
+        found = quality(model, surface)
+        problem = ""
+        if found.fold_at is not None:
+            problem = f"folds at strip {found.fold_at[0]}, u = {found.fold_at[1]:.2f}"
+        model = _told(model, method, way, notes)
+        tried.append(Candidate(method, way, found, problem, model, tuple(notes)))
+    tried.sort(key=lambda c: c.score)
+    best = tried[0]
+    if best.model is None or best.score == float("inf"):
+        reasons = "; ".join(f"{c.name}: {c.problem}" for c in tried)
+        raise InputError(surface.name, f"no start holds on it ({reasons})", "name a method")
+    return Start(best.model, best.method, _why(tried), tried, list(best.notes))
+
+
+def _plans(surface: DesignSurface, direction: str | None) -> list[tuple[str, str]]:
+    methods = ["iso"]
+    if getattr(surface, "grid", None) is not None:
+        methods.insert(0, "mesh")
+    ways = ["v", "u"] if direction is None else [direction]
+    return [(method, way) for method in methods for way in ways]
+
+
+def _why(tried: list[Candidate]) -> str:
+    best, *others = tried
+    words = f"{best.name}: {best.quality}"
+    for other in others:
+        words += f"; {other.name}: {other.problem or other.quality}"
+    return f"chosen as the least twisted, most even and most covering of {len(tried)}: {words}"
+
+
+def _told(model: StripModel, method: str, direction: str | None, notes: list[str]) -> StripModel:
+    info = {**model.info, "start": {"method": method, "direction": direction, "notes": notes}}
+    return model.with_control(model.control, info=info)

@@ -1,0 +1,171 @@
+"""Which points of neighbouring edges should share a ruling: conjugate parameters.
+
+Glossary
+--------
+conjugate
+    A ruling r is conjugate to the edge's tangent t on a surface with shape tensor S if t . S r = 0.
+    Then the tangent plane is constant along the ruling to first order, and the strip developable.
+
+Between two given edges this is the condition det(t_i, t_{i+1}, e) = 0: both tangents and the ruling
+in one plane. Between planar parallel sections it says that corresponding tangents are parallel
+(paper, "Initializing optimization").
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, identity, kron, vstack
+from scipy.sparse.linalg import spsolve
+
+from fabgeo.arrays import Array, dot, unit
+from fabgeo.fitting.starts.net import Net
+
+LEAST_GAP = 0.2  # of the even spacing: closer stations count as not monotone
+
+
+def conjugate_parameters(
+    net: Net, s: Array, segments: int, ends: str = "held", steps: int = 12
+) -> tuple[Array, str]:
+    """Parameters t of edges s = const that make the rulings between them conjugate.
+
+    All edges at once, by Gauss-Newton on the sine of the twist plus a fairness of the parameters
+    that is relaxed as long as they stay monotone and the twist falls.
+
+    Parameters
+    ----------
+    net : Net
+        Where the edges lie.
+    s : (E,) array
+        Places of the edges across the net.
+    segments : int
+        Number of segments along the edges.
+    ends : "held" or "free"
+        Whether the first and last points of open edges stay at t = 0 and 1, or may move (then they
+        may leave [0, 1] a little: the model overhangs).
+
+    Returns
+    -------
+    t : (E, segments + 1) array, closed: (E, segments)
+        Parameters; even stations where nothing better stays monotone.
+    note : str
+        What was gained, or why the even stations were kept.
+    """
+    even = np.broadcast_to(net.stations(segments), (len(s), _columns(net, segments))).copy()
+    best, start = even, _rms(_sine(net, s, even))
+    least, scale = start, 1.0 / segments
+    for fairness in (1.0, 0.3, 0.1, 0.03, 0.01):
+        found = _solve(net, s, best, fairness, ends, steps, scale)
+        if _gap(found, net.closed_t) < LEAST_GAP * scale:
+            break
+        level = _rms(_sine(net, s, found))
+        if level < least:
+            best, least = found, level
+    if best is even:
+        return even, "even stations kept: conjugate ones were not monotone or no better"
+    return best, (
+        f"rulings made conjugate: twist {np.degrees(start):.2f} to {np.degrees(least):.2f} deg rms"
+    )
+
+
+def _solve(
+    net: Net, s: Array, t: Array, fairness: float, ends: str, steps: int, scale: float
+) -> Array:
+    """Gauss-Newton with step control on twist and fairness, from parameters t."""
+    fair = fairness / scale * _fairness(t.shape, net.closed_s, net.closed_t)
+    base = t if net.closed_t else np.broadcast_to(np.linspace(0, 1, t.shape[1]), t.shape)
+    free = _free(t.shape, ends, net.closed_t)
+    damping = 1e-6
+
+    def total(at: Array) -> tuple[Array, float]:
+        rest = np.concatenate([_sine(net, s, at).ravel(), fair @ (at - base).ravel()])
+        return rest, float(rest @ rest)
+
+    residual, value = total(t)
+    for _ in range(steps):
+        jacobian = vstack([_jacobian(net, s, t, scale), fair]).tocsr()[:, free]
+        normal = jacobian.T @ jacobian
+        right = jacobian.T @ residual
+        step = np.zeros(t.size)
+        weight = damping * float(normal.diagonal().mean())
+        step[free] = spsolve((normal + weight * identity(len(free))).tocsc(), -right)
+        new = t + step.reshape(t.shape)
+        rest, less = total(new)
+        if less < value and _gap(new, net.closed_t) > 0.0:
+            gain = (value - less) / max(value, 1e-300)
+            t, residual, value, damping = new, rest, less, damping / 4.0
+            if gain < 1e-4:
+                break
+        else:
+            damping = max(damping, 1e-6) * 30.0
+    return t
+
+
+def _sine(net: Net, s: Array, t: Array) -> Array:
+    """det(t_i, t_{i+1}, e), about the sine of the twist: (strips, k)."""
+    return _pair_sine(*_sides(net, s, t))
+
+
+def _sides(net: Net, s: Array, t: Array) -> tuple[Array, Array, Array, Array]:
+    grid = np.broadcast_to(s[:, None], t.shape)
+    p, d = net.evaluate(grid, t), unit(net.evaluate(grid, t, 0, 1))
+    if net.closed_s:
+        return p, np.roll(p, -1, axis=0), d, np.roll(d, -1, axis=0)
+    return p[:-1], p[1:], d[:-1], d[1:]
+
+
+def _pair_sine(p0: Array, p1: Array, d0: Array, d1: Array) -> Array:
+    e = unit(p1 - p0)
+    across = np.linalg.norm(np.cross(d0, e), axis=-1) * np.linalg.norm(np.cross(d1, e), axis=-1)
+    return dot(np.cross(d0, d1), e) / np.maximum(across, 0.05)
+
+
+def _jacobian(net: Net, s: Array, t: Array, scale: float) -> csr_matrix:
+    """By central differences: each residual depends on the two ends of its ruling."""
+    h = 1e-4 * scale
+    p0, p1, d0, d1 = _sides(net, s, t)
+    plus, minus = _sides(net, s, t + h), _sides(net, s, t - h)
+    first = _pair_sine(plus[0], p1, plus[2], d1) - _pair_sine(minus[0], p1, minus[2], d1)
+    second = _pair_sine(p0, plus[1], d0, plus[3]) - _pair_sine(p0, minus[1], d0, minus[3])
+    strips, k = first.shape
+    row = np.arange(strips * k)
+    i, j = np.divmod(row, k)
+    other = ((i + 1) % len(s)) * k + j
+    values = np.concatenate([first.ravel(), second.ravel()]) / (2.0 * h)
+    place = (np.concatenate([row, row]), np.concatenate([row, other]))
+    return coo_matrix((values, place), shape=(strips * k, t.size)).tocsr()
+
+
+def _fairness(shape: tuple[int, int], closed_s: bool, closed_t: bool) -> csr_matrix:
+    """Second differences of the parameters along the edges and first ones across."""
+    rows, columns = shape
+    along = kron(identity(rows), _difference(columns, 2, closed_t))
+    across = kron(_difference(rows, 1, closed_s), identity(columns))
+    return vstack([along, 0.3 * across]).tocsr()
+
+
+def _difference(count: int, order: int, closed: bool) -> csr_matrix:
+    weights = {1: (-1.0, 1.0), 2: (1.0, -2.0, 1.0)}[order]
+    rows = count if closed else max(count - order, 0)
+    row = np.repeat(np.arange(rows), order + 1)
+    column = (row + np.tile(np.arange(order + 1), rows)) % count
+    return coo_matrix((np.tile(weights, rows), (row, column)), shape=(rows, count)).tocsr()
+
+
+def _free(shape: tuple[int, int], ends: str, closed_t: bool) -> Array:
+    free = np.ones(shape, dtype=bool)
+    if not closed_t and ends == "held":
+        free[:, [0, -1]] = False
+    return np.flatnonzero(free)
+
+
+def _gap(t: Array, closed: bool) -> float:
+    gaps = np.diff(np.concatenate([t, t[:, :1] + 1.0], axis=1) if closed else t, axis=1)
+    return float(gaps.min())
+
+
+def _columns(net: Net, segments: int) -> int:
+    return segments if net.closed_t else segments + 1
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,64 @@
+"""Start from iso-parameter curves: the surface's own, or those of a net between its boundaries.
+
+Directions
+----------
+"v"
+    Edges run along v (u = const): strips lie side by side in u.
+"u"
+    Edges run along u.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fabgeo.errors import InputError
+from fabgeo.fitting.starts.domain import net_of_loops
+from fabgeo.fitting.starts.draw import model_of_net
+from fabgeo.fitting.starts.net import Net
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface
+
+
+def iso_start(
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    direction: str | None = None,
+    seed: Any = None,
+    **options: Any,
+) -> tuple[StripModel, list[str]]:
+    """Edges along iso-parameter curves, rulings made conjugate where that stays monotone."""
+    net, note = iso_net(surface)
+    direction = direction or "v"
+    if direction not in ("u", "v"):
+        raise InputError("direction", f"expected 'u' or 'v' (edges along it), found {direction!r}")
+    model, notes = model_of_net(
+        net if direction == "v" else net.turned, surface, strips, segments, **options
+    )
+    return model, [note, *notes]
+
+
+def iso_net(surface: DesignSurface, size: int = 33) -> tuple[Net, str]:
+    """The net of parameter lines (rows u, columns v), or one between the boundary loops."""
+    chart = parametrisation(surface)
+    if chart is None:
+        return net_of_loops(surface)
+    (u0, u1), (v0, v1) = chart.domain
+    closed_u, closed_v = chart.closed
+    u = np.linspace(u0, u1, size + closed_u)[: size if closed_u else None]
+    v = np.linspace(v0, v1, size + closed_v)[: size if closed_v else None]
+    grid_u, grid_v = np.meshgrid(u, v, indexing="ij")
+    found = chart.evaluate(grid_u.ravel(), grid_v.ravel())
+    points = np.asarray(getattr(found, "point", found)).reshape(*grid_u.shape, 3)
+    return Net(points, closed_u, closed_v), "the surface's own parameter lines"
+
+
+def parametrisation(surface: Any) -> Any | None:
+    """The surface, or its chart, if that has domain, closed and evaluate; else None."""
+    for owner in (surface, getattr(surface, "chart", None)):
+        if owner is not None and all(hasattr(owner, a) for a in ("domain", "closed", "evaluate")):
+            return owner
+    return None

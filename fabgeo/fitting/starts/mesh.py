@@ -1,0 +1,61 @@
+"""Start from a regular quad mesh's own rows and columns (a PQ mesh, a principal net)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import Array
+from fabgeo.errors import InputError
+from fabgeo.fitting.starts.draw import model_of_net
+from fabgeo.fitting.starts.net import Net, model_through
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface
+
+
+def mesh_start(
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    direction: str | None = None,
+    seed: Any = None,
+    **options: Any,
+) -> tuple[StripModel, list[str]]:
+    """Edges through the vertices of the mesh's rows ("u" exchanges rows and columns).
+
+    With the mesh's own numbers of strips and segments (the default) its vertices are edge points
+    exactly; with others the net is resampled and projected.
+    """
+    net = mesh_net(surface)
+    if direction == "u":
+        net = net.turned
+    rows, columns, _ = net.points.shape
+    own = rows - (not net.closed_s), columns - (not net.closed_t)
+    if (strips or own[0], segments or own[1]) == own and "sag" not in options:
+        model = model_through(net.points, net.closed_t, net.closed_s)
+        return model, [f"the mesh's own {own[0]} x {own[1]} quads, vertices kept"]
+    options.setdefault("conjugate", False)
+    model, notes = model_of_net(net, surface, strips or own[0], segments or own[1], **options)
+    return model, [f"the mesh's {own[0]} x {own[1]} quads, resampled", *notes]
+
+
+def mesh_net(surface: Any) -> Net:
+    """The grid of a surface made of a regular quad mesh.
+
+    Raises
+    ------
+    InputError
+        If the surface has no grid of rows and columns.
+    """
+    grid = getattr(surface, "grid", None)
+    if grid is None:
+        raise InputError(
+            surface.name,
+            "is no regular quad mesh with rows and columns",
+            "choose another start, e.g. 'iso' or 'principal'",
+        )
+    points: Array = np.asarray(getattr(grid, "points", grid), dtype=np.float64)
+    closed_i = bool(getattr(grid, "closed_i", getattr(surface, "closed_i", False)))
+    closed_j = bool(getattr(grid, "closed_j", getattr(surface, "closed_j", False)))
+    return Net(points, closed_i, closed_j)
