@@ -1,0 +1,327 @@
+"""A written STEP file read again: its product tree, and its solids as plain numbers.
+
+Who checks a package needs no kernel: `read_package_step` gives parts, and a part gives its
+measures, faces and edges as numpy arrays.
+
+Glossary
+--------
+part
+    A leaf of the product tree, in its place: one occurrence of one product.
+path
+    The names from the root down to the part, the part's own name last.
+"""
+
+# The kernel's binding ships no type stubs.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepLProp import BRepLProp_SLProps
+from OCP.BRepTools import BRepTools
+from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
+from OCP.GCPnts import GCPnts_AbscissaPoint
+from OCP.gp import gp_Dir, gp_Pnt, gp_Pnt2d
+from OCP.GProp import GProp_GProps
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.Interface import Interface_Static
+from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
+from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDF import TDF_Label, TDF_LabelSequence
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_State
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shape
+from OCP.XCAFDoc import (
+    XCAFDoc_ColorTool,
+    XCAFDoc_ColorType,
+    XCAFDoc_DocumentTool,
+    XCAFDoc_LayerTool,
+    XCAFDoc_ShapeTool,
+)
+
+from fabgeo.arrays import Array
+from fabgeo.cad import kernel, measure
+from fabgeo.cad.assembly import Colour
+from fabgeo.cad.measure import SolidReport, check_solid
+from fabgeo.errors import InputError
+
+
+@dataclass(frozen=True)
+class FaceSamples:
+    """One face in numbers.
+
+    Attributes
+    ----------
+    kind : str
+        plane, cylinder, cone, bspline, ...
+    area : float
+        mm2.
+    points, normals : (k, 3) array
+        On the face; normals point out of the solid.
+    curvatures : (k, 2) array
+        Principal curvatures (1/mm), of the larger and of the smaller size; positive where the
+        face bends away from its outward normal.
+    directions : (k, 2, 3) array
+        Principal directions that belong to them.
+    """
+
+    kind: str
+    area: float
+    points: Array
+    normals: Array
+    curvatures: Array
+    directions: Array
+
+
+@dataclass(frozen=True)
+class EdgeSamples:
+    """One edge in numbers: its kind (line, circle, bspline, ...), length (mm), points (k, 3)."""
+
+    kind: str
+    length: float
+    points: Array
+    faces: tuple[int, ...]
+    """Indices of the faces that it bounds, in the part's order of faces."""
+
+
+@dataclass(frozen=True)
+class ReadPart:
+    """One part of a file.
+
+    Attributes
+    ----------
+    name : str
+        The occurrence's own name (the mark); the product's where it has none.
+    product : str
+        The product's name; equal parts share a product.
+    path : tuple of str
+        Names from the root to the part.
+    shape : TopoDS_Shape
+        In its place, mm.
+    colour : tuple, optional
+        sRGB.
+    layers : tuple of str
+    location : (4, 4) array
+        Placement of the product.
+    """
+
+    name: str
+    product: str
+    path: tuple[str, ...]
+    shape: TopoDS_Shape
+    colour: Colour | None
+    layers: tuple[str, ...]
+    location: Array
+
+    @cached_property
+    def report(self) -> SolidReport:
+        """Validity, closedness, volume, tolerance, kinds of faces."""
+        return check_solid(self.shape)
+
+    def faces(self, count: int = 5) -> list[FaceSamples]:
+        """Every face, sampled on a count x count grid of its parameters (points inside only)."""
+        return [_face(face, count) for face in kernel.faces(self.shape)]
+
+    def largest_faces(self, number: int = 2, count: int = 5) -> list[FaceSamples]:
+        """The faces of largest area: the two skins of a plate."""
+        faces = sorted(kernel.faces(self.shape), key=_area, reverse=True)
+        return [_face(face, count) for face in faces[:number]]
+
+    def edges(self, count: int = 9) -> list[EdgeSamples]:
+        """Every edge once, sampled at `count` even parameters."""
+        return list(_edges(self.shape, count))
+
+    def bounding_box(self) -> tuple[Array, Array]:
+        """Lowest and highest corner."""
+        return measure.bounding_box(self.shape)
+
+
+def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:
+    """All parts of a STEP file with their names, colours, layers and places.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, no STEP file, or holds no shape.
+    """
+    source = Path(path)
+    if not source.is_file():
+        raise InputError(str(source), "does not exist")
+    kernel.be_quiet()
+    document = TDocStd_Document(kernel.text("MDTV-XCAF"))
+    reader = STEPCAFControl_Reader()
+    reader.SetNameMode(True)
+    reader.SetColorMode(True)
+    reader.SetLayerMode(True)
+    Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
+    if reader.ReadFile(str(source)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise InputError(str(source), "is no STEP file that the kernel can read")
+    if not reader.Transfer(document):
+        raise InputError(str(source), "holds no shape", "check that it was written completely")
+    return list(_Tree(document).parts())
+
+
+class _Tree:
+    def __init__(self, document: TDocStd_Document) -> None:
+        self.document = document
+        self.shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+        self.colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+        self.layers = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
+
+    def parts(self) -> Iterator[ReadPart]:
+        roots = TDF_LabelSequence()
+        self.shapes.GetFreeShapes(roots)
+        for root in roots:
+            yield from self._walk(root, (), TopLoc_Location(), None)
+
+    def _walk(
+        self,
+        label: TDF_Label,
+        above: tuple[str, ...],
+        place: TopLoc_Location,
+        colour: Colour | None,
+    ) -> Iterator[ReadPart]:
+        product = TDF_Label()
+        if not XCAFDoc_ShapeTool.GetReferredShape_s(label, product):
+            product = label
+        title = _name(product)
+        name = _name(label) or title
+        place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label))
+        colour = self._colour(label) or colour
+        if XCAFDoc_ShapeTool.IsAssembly_s(product):
+            children = TDF_LabelSequence()
+            XCAFDoc_ShapeTool.GetComponents_s(product, children, False)
+            for child in children:
+                yield from self._walk(child, (*above, name), place, colour)
+            return
+        shape = XCAFDoc_ShapeTool.GetShape_s(product).Moved(place)
+        own = colour or self._colour(product) or self._solid_colour(product)
+        layers = self._layers(label) or self._layers(product) or self._solid_layers(product)
+        matrix = kernel.to_matrix(place)
+        yield ReadPart(name, title, (*above, name), shape, own, layers, matrix)
+
+    def _colour(self, label: TDF_Label) -> Colour | None:
+        found = Quantity_Color()
+        for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
+            if XCAFDoc_ColorTool.GetColor_s(label, kind, found):
+                return _rgb(found)
+        return None
+
+    def _solid_colour(self, product: TDF_Label) -> Colour | None:
+        """A colour that another writer put on the solid or on its first face."""
+        shape = XCAFDoc_ShapeTool.GetShape_s(product)
+        found = Quantity_Color()
+        for sub in (*kernel.solids(shape)[:1], *kernel.faces(shape)[:1]):
+            for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
+                if self.colours.GetColor(sub, kind, found):
+                    return _rgb(found)
+        return None
+
+    def _layers(self, label: TDF_Label) -> tuple[str, ...]:
+        found = TDF_LabelSequence()
+        self.layers.GetLayers(label, found)
+        return tuple(_name(layer) for layer in found)
+
+    def _solid_layers(self, product: TDF_Label) -> tuple[str, ...]:
+        shape = XCAFDoc_ShapeTool.GetShape_s(product)
+        found = TDF_Label()
+        for solid in kernel.solids(shape)[:1]:
+            if self.shapes.FindSubShape(product, solid, found):
+                return self._layers(found)
+        return ()
+
+
+def _rgb(colour: Quantity_Color) -> Colour:
+    values = colour.Values(Quantity_TypeOfColor.Quantity_TOC_sRGB)
+    return float(values[0]), float(values[1]), float(values[2])
+
+
+def _name(label: TDF_Label) -> str:
+    name = TDataStd_Name()
+    if not label.FindAttribute(TDataStd_Name.GetID_s(), name):
+        return ""
+    return name.Get().ToExtString()
+
+
+def _area(face: TopoDS_Face) -> float:
+    props = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, props)
+    return float(props.Mass())
+
+
+def _face(face: TopoDS_Face, count: int) -> FaceSamples:
+    adaptor = BRepAdaptor_Surface(face)
+    sign = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
+    inside = BRepTopAdaptor_FClass2d(face, 1e-7)
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    points, normals, curvatures, directions = [], [], [], []
+    for u in np.linspace(u0, u1, count):
+        for v in np.linspace(v0, v1, count):
+            if inside.Perform(gp_Pnt2d(u, v)) == TopAbs_State.TopAbs_OUT:
+                continue
+            local = BRepLProp_SLProps(adaptor, float(u), float(v), 2, 1e-9)
+            if not local.IsNormalDefined():
+                continue
+            points.append(_xyz(local.Value()))
+            normals.append(sign * _xyz(local.Normal()))
+            values, axes = _principal(local)
+            curvatures.append(-sign * values)
+            directions.append(axes)
+    return FaceSamples(
+        measure.surface_kind(adaptor),
+        _area(face),
+        np.reshape(points, (-1, 3)),
+        np.reshape(normals, (-1, 3)),
+        np.reshape(curvatures, (-1, 2)),
+        np.reshape(directions, (-1, 2, 3)),
+    )
+
+
+def _principal(local: BRepLProp_SLProps) -> tuple[Array, Array]:
+    """Principal curvatures and directions, the larger by size first; zeros on planes."""
+    if not local.IsCurvatureDefined():
+        return np.zeros(2), np.zeros((2, 3))
+    high, low = gp_Dir(), gp_Dir()
+    values = np.array([local.MaxCurvature(), local.MinCurvature()])
+    local.CurvatureDirections(high, low)
+    axes = np.array([_xyz(high), _xyz(low)])
+    order = np.argsort(-np.abs(values))
+    return values[order], axes[order]
+
+
+def _xyz(value: gp_Pnt | gp_Dir) -> Array:
+    return np.array([value.X(), value.Y(), value.Z()])
+
+
+def _edges(shape: TopoDS_Shape, count: int) -> Iterator[EdgeSamples]:
+    users: list[tuple[TopoDS_Edge, list[int]]] = []
+    index: dict[int, list[int]] = {}
+    for number, face in enumerate(kernel.faces(shape)):
+        for edge in kernel.edges(face):
+            bucket = index.setdefault(hash(edge), [])
+            key = next((k for k in bucket if users[k][0].IsSame(edge)), -1)
+            if key < 0:
+                bucket.append(len(users))
+                users.append((edge, [number]))
+            elif number not in users[key][1]:
+                users[key][1].append(number)
+    for edge, faces in users:
+        if BRep_Tool.Degenerated_s(edge):
+            continue
+        curve = BRepAdaptor_Curve(edge)
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        points = np.array([_xyz(curve.Value(t)) for t in np.linspace(first, last, count).tolist()])
+        kind = curve.GetType().name.removeprefix("GeomAbs_").removesuffix("Curve").lower()
+        length = float(GCPnts_AbscissaPoint.Length_s(curve, 1e-7))
+        yield EdgeSamples(kind, length, points, tuple(faces))
