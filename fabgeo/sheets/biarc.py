@@ -1,0 +1,179 @@
+"""Arcs and lines within a tolerance: tangent-continuous biarcs, as few as possible.
+
+Glossary
+--------
+biarc
+    Two arcs from a point and tangent to another point and tangent that share their tangent where
+    they meet (Bolton 1975): here with equal tangent lengths d, the joint half-way between the
+    inner control points p + d t and q - d s.
+tube
+    All points within the tolerance of the curve. No arc leaves it: checked at dense samples.
+
+An edge that one line or one arc follows within the tolerance becomes that one piece: its tangents
+at the corners are free. Otherwise the fewest biarcs are found by dynamic programming over break
+points on the curve, with tangents of the curve.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fabgeo.arrays import Array, unit
+from fabgeo.errors import GeometryError
+from fabgeo.panels.flat import FlatEdge, FlatPart
+from fabgeo.sheets.contour import Contour
+
+SAMPLES = 8  # dense samples between two points of a flat edge
+
+
+def part_contour(part: FlatPart, tolerance: float = 0.05) -> Contour:
+    """Outer contour of a part: lines and arcs within `tolerance` mm, corners kept to the bit."""
+    pieces = [edge_arcs(edge, tolerance, part.mark) for edge in part.outline]
+    return Contour(np.concatenate(pieces))
+
+
+def edge_arcs(edge: FlatEdge, tolerance: float = 0.05, mark: str = "edge") -> Array:
+    """Vertices (n, 3) x, y, bulge of one edge, its last point left out.
+
+    Raises
+    ------
+    GeometryError
+        If the edge turns too fast between its own points to be followed.
+    """
+    if len(edge.points) == 2:
+        return np.array([[*edge.points[0], 0.0]])
+    points, tangents = dense(edge)
+    single = _single(points, tolerance)
+    if single is not None:
+        return np.array([[*points[0], single]])
+    return _fewest(points, tangents, tolerance, mark)
+
+
+def dense(edge: FlatEdge, samples: int = SAMPLES) -> tuple[Array, Array]:
+    """Points and unit tangents of the edge's Hermite curves, `samples` to a piece."""
+    t = (np.arange(samples) / samples)[None, :, None]
+    h = np.diff(edge.arc)[:, None, None]
+    p, q = edge.points[:-1, None], edge.points[1:, None]
+    v, w = h * edge.tangents[:-1, None], h * edge.tangents[1:, None]
+    at = (2 * t**3 - 3 * t**2 + 1) * p + (t**3 - 2 * t**2 + t) * v
+    at = at + (3 * t**2 - 2 * t**3) * q + (t**3 - t**2) * w
+    way = (6 * t**2 - 6 * t) * (p - q) + (3 * t**2 - 4 * t + 1) * v + (3 * t**2 - 2 * t) * w
+    points = np.concatenate([at.reshape(-1, 2), edge.points[-1:]])
+    return points, np.concatenate([unit(way).reshape(-1, 2), edge.tangents[-1:]])
+
+
+def arc_distance(start: Array, tangent: Array, curvature: Array, points: Array) -> Array:
+    """Signed distance of points from circles through `start` with `tangent`; lines at curvature 0.
+
+    With w = x - start and n the left normal: A / (1 + sqrt(1 + k A)), A = k w.w - 2 n.w, which is
+    stable for any curvature.
+    """
+    w = points - start
+    side = tangent[..., 0] * w[..., 1] - tangent[..., 1] * w[..., 0]
+    a = curvature * np.einsum("...k,...k->...", w, w) - 2.0 * side
+    return a / (1.0 + np.sqrt(np.maximum(1.0 + curvature * a, 0.0)))
+
+
+def _single(points: Array, tolerance: float) -> float | None:
+    """Bulge of the one line or arc from end to end within the tolerance, or None."""
+    p, q = points[0], points[-1]
+    chord = q - p
+    size = float(np.hypot(*chord))
+    if size <= 0.0:
+        return None
+    along = (points - p) @ chord / size
+    height = (chord[0] * (points - p)[:, 1] - chord[1] * (points - p)[:, 0]) / size
+    if np.any(np.diff(along) <= 0.0):
+        return None
+    if np.abs(height).max() <= tolerance / 50.0:
+        return 0.0
+    # Least squares for the sagitta, then the exact distances.
+    shape = 4.0 * along * (size - along) / size**2
+    sagitta = float(shape @ height / (shape @ shape))
+    for height_of_arc in (sagitta, 0.0):
+        bulge = -2.0 * height_of_arc / size
+        angle = 4.0 * np.arctan(bulge)
+        if abs(angle) > np.pi:
+            continue
+        tangent = _turned(chord / size, -angle / 2.0)
+        curvature = 2.0 * np.sin(angle / 2.0) / size
+        gap = arc_distance(p, tangent, np.float64(curvature), points)
+        if np.abs(gap).max() <= tolerance:
+            return float(bulge)
+    return None
+
+
+def _turned(v: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
+
+
+def _biarc(p: Array, t: Array, q: Array, s: Array) -> tuple[Array, Array] | None:
+    """Joint and the two bulges of the biarc with equal tangent lengths."""
+    v = q - p
+    sum_, vv = t + s, float(v @ v)
+    vs, den = float(v @ sum_), 2.0 * (1.0 - float(t @ s))
+    if vs <= 0.0:
+        return None
+    d = vv / (2.0 * vs) if den < 1e-14 else (-vs + np.sqrt(vs * vs + den * vv)) / den
+    joint = (p + q + d * (t - s)) / 2.0
+    u = unit(joint - p)
+    w = unit(q - joint)
+    first = np.arctan2(t[0] * u[1] - t[1] * u[0], float(t @ u))
+    second = np.arctan2(w[0] * s[1] - w[1] * s[0], float(w @ s))
+    if max(abs(first), abs(second)) > np.pi / 2.0:
+        return None
+    return joint, np.tan(np.array([first, second]) / 2.0)
+
+
+def _fits(points: Array, tangents: Array, i: int, j: int, tolerance: float) -> Array | None:
+    """Vertices (2, 3) of the biarc from sample i to j if it stays in the tube."""
+    p, t, q, s = points[i], tangents[i], points[j], tangents[j]
+    made = _biarc(p, t, q, s)
+    if made is None:
+        return None
+    joint, bulges = made
+    a1, a2 = 4.0 * np.arctan(bulges)
+    k1 = 2.0 * np.sin(a1 / 2.0) / max(float(np.hypot(*(joint - p))), 1e-300)
+    k2 = 2.0 * np.sin(a2 / 2.0) / max(float(np.hypot(*(q - joint))), 1e-300)
+    middle = _turned(t, float(a1))
+    inner = points[i + 1 : j]
+    before = (inner - joint) @ middle < 0.0
+    gap = np.where(
+        before,
+        arc_distance(p, t, np.float64(k1), inner),
+        arc_distance(joint, middle, np.float64(k2), inner),
+    )
+    if np.abs(gap).max(initial=0.0) > tolerance:
+        return None
+    return np.array([[*p, bulges[0]], [*joint, bulges[1]]])
+
+
+def _fewest(points: Array, tangents: Array, tolerance: float, mark: str) -> Array:
+    """Fewest biarcs by greedy longest reach: for a tube, reach grows with the start point."""
+    out: list[Array] = []
+    i, last = 0, len(points) - 1
+    while i < last:
+        low, step = i + 1, 1
+        best = _fits(points, tangents, i, low, tolerance)
+        if best is None:
+            raise GeometryError(mark, "an edge turns too fast for arcs", "unfold it more densely")
+        high = last + 1
+        while low + step <= last:  # gallop, then bisect
+            made = _fits(points, tangents, i, low + step, tolerance)
+            if made is None:
+                high = low + step
+                break
+            best, low, step = made, low + step, 2 * step
+        if low + step > last and high > last:
+            high = last + 1
+        while high - low > 1:
+            centre = (low + high) // 2
+            made = _fits(points, tangents, i, centre, tolerance)
+            if made is None:
+                high = centre
+            else:
+                best, low = made, centre
+        out.append(best)
+        i = low
+    return np.concatenate(out)

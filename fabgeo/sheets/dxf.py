@@ -1,0 +1,313 @@
+"""DXF files that machines take: one part a file and whole sheets, to the hand-over contract.
+
+Glossary
+--------
+layer
+    CUT_OUTER, CUT_INNER, HOLES are cut; RULINGS are bend lines; MARK holds strokes; SHEET is the
+    stock's rectangle; INFO holds live text for people and checkers. Names are the shop's to set.
+bulge
+    See `fabgeo.sheets.contour`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import Array
+from fabgeo.errors import InputError
+from fabgeo.panels.flat import FlatEdge, FlatPart
+from fabgeo.sheets.biarc import dense, part_contour
+from fabgeo.sheets.contour import Contour, hole_contour
+from fabgeo.sheets.mark import Mark, place_mark
+from fabgeo.sheets.stock import Nest, Placement, Sheet
+
+LAYERS: dict[str, str] = {
+    name: name for name in ("CUT_OUTER", "CUT_INNER", "HOLES", "RULINGS", "MARK", "SHEET", "INFO")
+}
+COLOURS = {
+    "CUT_OUTER": 1,
+    "CUT_INNER": 6,
+    "HOLES": 5,
+    "RULINGS": 3,
+    "MARK": 4,
+    "SHEET": 8,
+    "INFO": 2,
+}
+VERSIONS = ("R12", "R2000", "R2010")
+OUTLINES = ("arcs", "splines", "polylines")
+
+
+@dataclass(frozen=True)
+class DxfStyle:
+    """How files are written.
+
+    Attributes
+    ----------
+    version : str
+        "R2010", "R2000" or "R12" (POLYLINE with bulges, no splines, no unit in the header).
+    outline : str
+        "arcs", "splines" or "polylines".
+    tolerance : float
+        mm between the outline and the flat part's own curve.
+    layers : mapping
+        The shop's names by the contract's names; missing ones keep the contract's.
+    mark_height : float
+        Largest height of the mark's capitals in mm.
+    """
+
+    version: str = "R2010"
+    outline: str = "arcs"
+    tolerance: float = 0.05
+    layers: Mapping[str, str] = field(default_factory=dict)
+    mark_height: float = 20.0
+
+    def __post_init__(self) -> None:
+        if self.version not in VERSIONS:
+            raise InputError("dxf.version", f"expected one of {VERSIONS}, found {self.version!r}")
+        if self.outline not in OUTLINES:
+            raise InputError("dxf.outline", f"expected one of {OUTLINES}, found {self.outline!r}")
+        if self.version == "R12" and self.outline == "splines":
+            raise InputError("dxf.outline", "R12 has no splines", 'choose "arcs" or R2000')
+        if not self.tolerance > 0.0:
+            raise InputError("dxf.tolerance", f"expected more than 0 mm, found {self.tolerance}")
+        unknown = set(self.layers) - set(LAYERS)
+        if unknown:
+            raise InputError("dxf.layers", f"unknown layers {sorted(unknown)}", f"use {[*LAYERS]}")
+
+    def layer(self, name: str) -> str:
+        """The shop's name of a layer."""
+        return self.layers.get(name, LAYERS[name])
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A part ready to be written anywhere: contours and mark in its own plane."""
+
+    part: FlatPart
+    outer: Contour
+    holes: tuple[Contour, ...]
+    mark: Mark
+
+
+def drawn(part: FlatPart, style: DxfStyle) -> Drawn:
+    """Fit contours and place the mark: what per-part and per-sheet files share."""
+    outer = outer_contour(part, style)
+    holes = tuple(hole_contour(hole) for hole in part.holes)
+    return Drawn(part, outer, holes, place_mark(part.mark, outer, list(holes), style.mark_height))
+
+
+def outer_contour(part: FlatPart, style: DxfStyle) -> Contour:
+    """The outline as written: arcs and lines, or points of a polyline within the tolerance."""
+    if style.outline == "arcs":
+        return part_contour(part, style.tolerance)
+    import shapely
+
+    pieces = []
+    for edge in part.outline:
+        points = edge.points if len(edge.points) == 2 else dense(edge)[0]
+        line = shapely.simplify(shapely.LineString(points), style.tolerance * 0.9)
+        pieces.append(shapely.get_coordinates(line)[:-1])
+    points = np.concatenate(pieces)
+    return Contour(np.column_stack([points, np.zeros(len(points))]))
+
+
+def write_part(part: FlatPart, path: Path, style: DxfStyle | None = None) -> Drawn:
+    """Write one part's file and, where it is bent, its bend table ``<mark>.bends.csv`` beside."""
+    style = style or DxfStyle()
+    made = drawn(part, style)
+    document = _document(style)
+    _add_part(document.modelspace(), made, Placement(part.mark, 0.0, 0.0, 0.0), style)
+    _save(document, path)
+    if part.bends:
+        path.with_suffix(".bends.csv").write_text(bend_table(part), encoding="utf-8", newline="")
+    return made
+
+
+def write_sheet(
+    sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], path: Path, style: DxfStyle | None = None
+) -> None:
+    """Write one nested sheet: the stock's rectangle, every part in its place, a title."""
+    style = style or DxfStyle()
+    document = _document(style)
+    space = document.modelspace()
+    stock = sheet.stock
+    corners = [(0.0, 0.0), (stock.length, 0.0), (stock.length, stock.width), (0.0, stock.width)]
+    vertices = np.array([(x, y, 0.0) for x, y in corners])
+    _polyline(space, vertices, style, "SHEET", closed=True)
+    title = (
+        f"{sheet.name}  {stock.material} {stock.thickness:g} mm  {stock.length:g} x "
+        f"{stock.width:g}  {len(sheet.placements)} parts  {100 * sheet.utilisation:.1f} %"
+    )
+    attributes = {"layer": style.layer("INFO"), "height": 30.0, "insert": (0.0, -50.0)}
+    space.add_text(title, dxfattribs=attributes)
+    for placement in sheet.placements:
+        part = parts[placement.mark]
+        made = drawn(part, style) if isinstance(part, FlatPart) else part
+        _add_part(space, made, placement, style)
+    _save(document, path)
+
+
+def write_nests(
+    nests: Iterable[Nest],
+    parts: Mapping[str, FlatPart | Drawn],
+    folder: Path,
+    style: DxfStyle | None = None,
+) -> list[Path]:
+    """Write ``<material>_<t>mm/SHEET-001.dxf`` ... of all nests; returns the paths."""
+    paths = []
+    for nest in nests:
+        group = folder / f"{nest.material}_{nest.thickness:g}mm"
+        group.mkdir(parents=True, exist_ok=True)
+        for sheet in nest.sheets:
+            path = group / f"{sheet.name}.dxf"
+            write_sheet(sheet, parts, path, style)
+            paths.append(path)
+    return paths
+
+
+def write_parts(
+    parts: Sequence[FlatPart], folder: Path, style: DxfStyle | None = None, jobs: int = 1
+) -> dict[str, Drawn]:
+    """Write ``<mark>.dxf`` of all parts, `jobs` at a time; returns what sheets can reuse."""
+    from joblib import Parallel, delayed
+
+    folder.mkdir(parents=True, exist_ok=True)
+    work = (delayed(write_part)(part, folder / f"{part.mark}.dxf", style) for part in parts)
+    made = Parallel(n_jobs=jobs, batch_size="auto")(work)
+    return {item.part.mark: item for item in made if item is not None}
+
+
+def bend_table(part: FlatPart) -> str:
+    """CSV of the bend lines: number, ends, length, radius (signed, towards the up-side)."""
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(["bend", "x1_mm", "y1_mm", "x2_mm", "y2_mm", "length_mm", "radius_mm"])
+    for k, bend in enumerate(part.bends, start=1):
+        length = float(np.linalg.norm(bend.end - bend.start))
+        values = [*bend.start, *bend.end, length, bend.radius]
+        table.writerow([k, *(f"{value:.3f}" for value in values)])
+    return out.getvalue()
+
+
+def _document(style: DxfStyle) -> Any:
+    import ezdxf
+
+    with _undated():
+        document = ezdxf.new(style.version, setup=False)
+    if style.version != "R12":
+        document.header["$INSUNITS"] = 4
+        document.header["$MEASUREMENT"] = 1
+    for name in LAYERS:
+        document.layers.add(style.layer(name), color=COLOURS[name])
+    return document
+
+
+@contextmanager
+def _undated() -> Iterator[None]:
+    """Let ezdxf write a fixed date and fixed identifiers."""
+    import ezdxf
+
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
+
+
+def _save(document: Any, path: Path) -> None:
+    """Write the file beside and move it into place: the same bytes for the same content."""
+    out = io.StringIO()
+    with _undated():
+        document.write(out)
+    beside = path.with_name(path.name + ".part")
+    beside.write_text(_dated(out.getvalue()), encoding="utf-8", newline="")
+    beside.replace(path)
+
+
+def _dated(text: str) -> str:
+    """The fixed date 2000-01-01 replaced by SOURCE_DATE_EPOCH where that is set."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    if not epoch:
+        return text
+    day = int(epoch) / 86400.0 + 2440587.5
+    stamp = datetime.fromtimestamp(int(epoch), UTC).isoformat()
+    return text.replace("2451544.5", f"{day:.9f}").replace("2000-01-01T00:00:00+00:00", stamp)
+
+
+def _add_part(space: Any, made: Drawn, placement: Placement, style: DxfStyle) -> None:
+    part, move = made.part, _motion(placement)
+    if style.outline == "splines":
+        for edge in part.outline:
+            _spline(space, edge, move, style)
+    else:
+        _contour(space, made.outer, placement, style, "CUT_OUTER")
+    for hole, contour in zip(part.holes, made.holes, strict=True):
+        if hole.slot > 0.0:
+            _contour(space, contour, placement, style, "HOLES")
+        else:
+            x, y = move(hole.centre[None])[0]
+            attributes = {"layer": style.layer("HOLES")}
+            space.add_circle((float(x), float(y)), hole.diameter / 2.0, dxfattribs=attributes)
+    for bend in part.bends:
+        p, q = move(np.stack([bend.start, bend.end])).tolist()
+        space.add_line(p, q, dxfattribs={"layer": style.layer("RULINGS")})
+    for stroke in made.mark.strokes:
+        points = move(stroke)
+        vertices = np.column_stack([points, np.zeros(len(points))])
+        _polyline(space, vertices, style, "MARK", closed=False)
+    x, y = move(made.mark.centre[None])[0].tolist()
+    height = made.mark.height or 2.5
+    space.add_text(
+        part.mark, dxfattribs={"layer": style.layer("INFO"), "height": height, "insert": (x, y)}
+    )
+
+
+def _motion(placement: Placement) -> Any:
+    c, s = np.cos(placement.rotation), np.sin(placement.rotation)
+    turn, shift = np.array([[c, s], [-s, c]]), np.array([placement.x, placement.y])
+    return lambda points: np.asarray(points) @ turn + shift
+
+
+def _contour(
+    space: Any, contour: Contour, placement: Placement, style: DxfStyle, layer: str
+) -> None:
+    moved = contour.moved(placement.x, placement.y, placement.rotation)
+    _polyline(space, moved.vertices, style, layer, closed=True)
+
+
+def _polyline(space: Any, vertices: Array, style: DxfStyle, layer: str, closed: bool) -> None:
+    attributes = {"layer": style.layer(layer)}
+    points = vertices.tolist()
+    if style.version == "R12":
+        space.add_polyline2d(points, format="xyb", close=closed, dxfattribs=attributes)
+    else:
+        space.add_lwpolyline(points, format="xyb", close=closed, dxfattribs=attributes)
+
+
+def _spline(space: Any, edge: FlatEdge, move: Any, style: DxfStyle) -> None:
+    """The edge exactly: its Hermite curves as one cubic B-spline with double inner knots."""
+    attributes = {"layer": style.layer("CUT_OUTER")}
+    if len(edge.points) == 2:
+        p, q = move(edge.points).tolist()
+        space.add_line(p, q, dxfattribs=attributes)
+        return
+    h = np.diff(edge.arc)[:, None]
+    leave = edge.points[:-1] + h * edge.tangents[:-1] / 3.0
+    arrive = edge.points[1:] - h * edge.tangents[1:] / 3.0
+    inner = np.stack([leave, arrive], axis=1).reshape(-1, 2)
+    poles = move(np.concatenate([edge.points[:1], inner, edge.points[-1:]]))
+    knots = np.concatenate([[edge.arc[0]] * 4, np.repeat(edge.arc[1:-1], 2), [edge.arc[-1]] * 4])
+    space.add_open_spline(
+        [(*p, 0.0) for p in poles.tolist()], degree=3, knots=knots.tolist(), dxfattribs=attributes
+    )
