@@ -1,0 +1,158 @@
+"""The output folder: one build at a time, files written beside and moved into place, a manifest.
+
+Glossary
+--------
+manifest
+    manifest.json, written last: a folder without it holds no finished package.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from fabgeo.errors import InputError
+
+MANIFEST = "manifest.json"
+WORK = ".fabgeo"  # the lock and what a later build can use again
+
+
+class Folder:
+    """Where a package is written; use `open_folder`.
+
+    Attributes
+    ----------
+    path : Path
+        The output folder.
+    work : Path
+        Its hidden folder of the lock, the cache and files not yet in place.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.work = path / WORK
+        self._staged = self.work / "staged"
+
+    def place(self, name: str) -> Path:
+        """Where to write the file that will be `name` (relative, with /) once all is well.
+
+        Raises
+        ------
+        InputError
+            If the name would leave the folder.
+        """
+        pure = PurePosixPath(name)
+        if pure.is_absolute() or ".." in pure.parts or "\\" in name or name.startswith("."):
+            raise InputError(name, "is no name of a file inside the output folder")
+        path = self._staged.joinpath(*pure.parts)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def text(self, name: str, content: str) -> None:
+        """Write a text file."""
+        self.place(name).write_text(content, encoding="utf-8", newline="\n")
+
+    def json(self, name: str, content: Any) -> None:
+        """Write plain data as JSON."""
+        self.text(name, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+    def write(self, name: str, writer: Callable[[Path], Any]) -> Any:
+        """Let `writer` write one file, or fill one folder."""
+        return writer(self.place(name))
+
+    @property
+    def staged(self) -> Path:
+        """The folder that holds the files until they are moved into place."""
+        self._staged.mkdir(parents=True, exist_ok=True)
+        return self._staged
+
+    def finish(self) -> None:
+        """Move the staged files into place, the manifest last; remove those of the package before.
+
+        Raises
+        ------
+        InputError
+            If a link stands where a file or folder of the package belongs.
+        """
+        old = _files_of(self.path / MANIFEST)
+        names = sorted(p.relative_to(self.staged).as_posix() for p in _files_in(self.staged))
+        for name in names:
+            target = self.path / name
+            link = next((p for p in (target, *target.parents) if p.is_symlink()), None)
+            if link is not None and link != self.path and self.path in link.parents:
+                raise InputError(str(link), "is a link", "remove it: a package holds files only")
+        (self.path / MANIFEST).unlink(missing_ok=True)
+        for name in [n for n in names if n != MANIFEST]:
+            target = self.path / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(self.staged / name, target)
+        for name in sorted(set(old) - set(names)):
+            self._remove(name)
+        os.replace(self.staged / MANIFEST, self.path / MANIFEST)
+
+    def _remove(self, name: str) -> None:
+        pure = PurePosixPath(name)
+        if pure.is_absolute() or ".." in pure.parts:
+            return
+        path = self.path.joinpath(*pure.parts)
+        path.unlink(missing_ok=True)
+        for parent in path.relative_to(self.path).parents:
+            folder = self.path / parent
+            if folder != self.path and folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
+
+
+@contextmanager
+def open_folder(path: Path | str) -> Iterator[Folder]:
+    """Open an output folder for one build.
+
+    Raises
+    ------
+    InputError
+        If the path is a file, cannot be written to, or another build is at work in it.
+    """
+    path = Path(path)
+    made = not path.exists()
+    try:
+        (path / WORK).mkdir(parents=True, exist_ok=True)
+        lock = open(path / WORK / "lock", "w")  # noqa: SIM115 (held open for the whole build)
+    except OSError as error:
+        raise InputError(
+            str(path), f"cannot be used as output folder: {error.strerror}", "choose another --out"
+        ) from None
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise InputError(
+                str(path), "another build is at work in this folder", "wait, or choose another"
+            ) from None
+        folder = Folder(path)
+        shutil.rmtree(folder._staged, ignore_errors=True)
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder._staged, ignore_errors=True)
+            if made and {p.name for p in path.iterdir()} == {WORK} and _only_lock(folder.work):
+                shutil.rmtree(path)
+
+
+def _only_lock(work: Path) -> bool:
+    return {p.name for p in work.iterdir()} <= {"lock"}
+
+
+def _files_in(folder: Path) -> Iterator[Path]:
+    return (path for path in folder.rglob("*") if path.is_file())
+
+
+def _files_of(manifest: Path) -> list[str]:
+    try:
+        return list(json.loads(manifest.read_text(encoding="utf-8"))["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return []

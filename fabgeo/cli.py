@@ -1,0 +1,237 @@
+"""The `fabgeo` command: arguments in, exit codes out; the work is done in `fabgeo.build`.
+
+Exit codes: 0 all within limits, 1 built but some verdict fails, 2 bad input, 3 internal failure.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from fabgeo.errors import FabgeoError
+
+if TYPE_CHECKING:
+    from fabgeo.build.progress import Listener, Progress
+
+OK, FAILED, BAD_INPUT, INTERNAL = 0, 1, 2, 3
+
+app = typer.Typer(
+    name="fabgeo",
+    help="From a freeform architectural surface to the files a workshop cuts from.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+ProjectFile = Annotated[Path, typer.Argument(metavar="PROJECT.toml", help="The project file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts, no progress bars.")]
+
+
+@app.command()
+def build(
+    project: ProjectFile,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The output folder.")],
+    jobs: Annotated[
+        int, typer.Option("--jobs", min=1, help="Processes for work that is independent per part.")
+    ] = os.cpu_count() or 1,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Ignore what an earlier build left to use again.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Build the hand-over package of a project."""
+    from fabgeo.build import build as run
+
+    with _progress(quiet=as_json) as listener:
+        package = run(project, out, jobs=jobs, fresh=fresh, listener=listener)
+    if as_json:
+        _print_json(package.as_dict())
+    else:
+        _print_package(package)
+    raise typer.Exit(OK if package.passed else FAILED)
+
+
+@app.command()
+def check(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A written package.")],
+    as_json: Json = False,
+) -> None:
+    """Measure a written package from its files alone."""
+    from fabgeo.review.check import check_package
+
+    report = check_package(folder)
+    if as_json:
+        _print_json(report.as_dict())
+    else:
+        for line in report.lines():
+            typer.echo(line)
+    raise typer.Exit(OK if report.passed else FAILED)
+
+
+@app.command()
+def inspect(
+    surface: Annotated[
+        Path, typer.Argument(metavar="SURFACE", help="A surface file, or a project file.")
+    ],
+    unit: Annotated[
+        str | None, typer.Option("--unit", help="Length unit of the file: mm, cm, m, in or ft.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Say what a surface file holds: faces, size, unit, curvature, boundary, strip directions."""
+    from fabgeo.build.surface import inspect_file
+
+    found = inspect_file(surface, unit)
+    if as_json:
+        _print_json(found)
+    else:
+        _print_facts(found)
+
+
+@app.command()
+def init(
+    path: Annotated[
+        Path, typer.Argument(metavar="PROJECT.toml", help="The project file to write.")
+    ] = Path("project.toml"),
+) -> None:
+    """Write a commented project file that builds as it is."""
+    from fabgeo.build.template import write_template
+
+    write_template(path)
+    typer.echo(f"{path} written. Build it with: fabgeo build {path} --out outputs/first")
+
+
+@app.command()
+def tradeoff(
+    project: ProjectFile,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the table and plot.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Table and plot of what panels can be made as, over tolerances and angles."""
+    from fabgeo.build.tradeoff import tradeoff_of
+
+    with _progress(quiet=as_json) as listener:
+        table = tradeoff_of(project, out, listener=listener)
+    if as_json:
+        _print_json(table)
+    else:
+        _print_rows("Panel classes by tolerance", table["rows"])
+
+
+def main() -> NoReturn:
+    """Run the command; errors of fabgeo become one line and an exit code."""
+    try:
+        app(standalone_mode=True)
+    except FabgeoError as error:
+        code = INTERNAL if isinstance(error, RuntimeError) else BAD_INPUT
+        typer.secho(f"fabgeo: {error}", err=True, fg=typer.colors.RED)
+        sys.exit(code)
+    except KeyboardInterrupt:
+        typer.echo("fabgeo: interrupted; what was finished is kept", err=True)
+        sys.exit(130)
+    except Exception as error:
+        if os.environ.get("FABGEO_DEBUG"):
+            raise
+        typer.secho(
+            f"fabgeo: internal failure: {type(error).__name__}: {error} "
+            "(set FABGEO_DEBUG=1 for the traceback, and please report it)",
+            err=True,
+            fg=typer.colors.RED,
+        )
+        sys.exit(INTERNAL)
+    sys.exit(OK)
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Listener | None]:
+    """One bar a stage on the terminal, or nothing."""
+    if quiet:
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    bars = Bars(
+        TextColumn("{task.description:<12}"),
+        BarColumn(bar_width=30),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[note]}"),
+        console=Console(stderr=True),
+    )
+    tasks: dict[str, Any] = {}
+
+    def listen(news: Progress) -> None:
+        if news.stage not in tasks:
+            tasks[news.stage] = bars.add_task(news.stage, total=None, note="")
+        total = news.total or (1 if news.finished else None)
+        done = total if news.finished and total else news.done
+        note = {"note": news.note} if news.note else {}
+        bars.update(tasks[news.stage], total=total, completed=done, **note)
+        if news.finished:
+            bars.stop_task(tasks[news.stage])
+
+    with bars:
+        yield listen
+
+
+def _print_json(data: Any) -> None:
+    typer.echo(json.dumps(data, indent=1))
+
+
+def _print_package(package: Any) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{package.name}: figures against their limits")
+    for column in ("figure", "measured", "limit", "verdict"):
+        table.add_column(column, justify="left" if column in ("figure", "verdict") else "right")
+    colour = {"good": "green", "warn": "yellow", "fail": "red"}
+    for figure, measured, limit, verdict in package.figures():
+        style = colour.get(verdict, "")
+        table.add_row(figure, measured, limit, f"[{style}]{verdict}[/]" if style else verdict)
+    console = Console()
+    console.print(table)
+    seconds = ", ".join(f"{name} {value:.1f}" for name, value in package.seconds.items())
+    console.print(f"seconds by stage: {seconds}", highlight=False)
+    for line in package.failures:
+        console.print(f"fails: {line}", style="red", highlight=False, markup=False)
+    console.print(f"package: {package.path}", highlight=False, markup=False)
+
+
+def _print_facts(facts: dict[str, Any], indent: str = "") -> None:
+    for key, value in facts.items():
+        if isinstance(value, dict):
+            typer.echo(f"{indent}{key}:")
+            _print_facts(value, indent + "  ")
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            typer.echo(f"{indent}{key}:")
+            for item in value:
+                typer.echo(f"{indent}  - " + ", ".join(f"{k} {v}" for k, v in item.items()))
+        else:
+            typer.echo(f"{indent}{key}: {value}")
+
+
+def _print_rows(title: str, rows: list[dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title)
+    for column in rows[0] if rows else ():
+        table.add_column(column, justify="right")
+    for row in rows:
+        table.add_row(*(f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()))
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
