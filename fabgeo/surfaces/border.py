@@ -1,0 +1,187 @@
+"""The border of a surface of many faces: what is shared, what is free, and how faces turn.
+
+Glossary
+--------
+border
+    The trimming loops of all faces as one list of short segments in space.
+shared
+    A segment along which another face (or the same face, at a seam) continues.
+free
+    A segment that is not shared: together they are the surface's boundary loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.surfaces.chart import Chart
+from fabgeo.surfaces.trims import Trim, chords, resampled
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """Segments k of all loops: from point[k] to end[k], parameters uv[k] to uv_end[k] of face[k].
+
+    Attributes
+    ----------
+    point, end : (k, 3) arrays
+    uv, uv_end : (k, 2) arrays
+    face : (k,) int array
+    loop : (k,) int array
+        Running number of the trimming loop; segments of one loop follow each other.
+    free : (k,) bool array
+    sign : (faces,) array
+        +1 or -1: factors that turn all faces the same way.
+    loops : tuple of (k, 3) arrays
+        Free boundary loops.
+    """
+
+    point: Array
+    end: Array
+    uv: Array
+    uv_end: Array
+    face: IntArray
+    loop: IntArray
+    free: BoolArray
+    sign: Array
+    loops: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, charts: Sequence[Chart], trims: Sequence[Trim], size: float, tol: float) -> Border:
+        """The border of charts with trims; segments are at most size / 300 long."""
+        uv, uv_end, face, loop = [], [], [], []
+        count = 0
+        for i, (chart, trim) in enumerate(zip(charts, trims, strict=True)):
+            for polyline in trim.loops:
+                dense = resampled(chart, polyline, size / 300.0)
+                uv.append(dense)
+                uv_end.append(np.roll(dense, -1, axis=0))
+                face.append(np.full(len(dense), i))
+                loop.append(np.full(len(dense), count))
+                count += 1
+        a, b, f, n = (np.concatenate(x) for x in (uv, uv_end, face, loop))
+        point, end = chords(charts, f, a), chords(charts, f, b)
+        keep = np.linalg.norm(end - point, axis=1) > 1e-9 * size  # no segments inside a pole
+        a, b, f, n, point, end = (x[keep] for x in (a, b, f, n, point, end))
+        middle = chords(charts, f, (a + b) / 2.0)
+        partner = _partners(point, end, middle, f, n, tol)
+        free = (partner < 0) & ~_seams(charts, f, (a + b) / 2.0)
+        sign = _signs(len(charts), point, end, f, partner)
+        loops = _chained(point, end, n, free, sign[f], size / 100.0)
+        return cls(point, end, a, b, f, n, free, sign, loops)
+
+    def nearest(self, x: Array) -> tuple[IntArray, Array, Array, BoolArray]:
+        """Nearest border points of x (k, 3): face, parameters, distance, whether free."""
+        tree = KDTree((self.point + self.end) / 2.0)
+        _, near = tree.query(x, k=min(4, len(self.point)))
+        near = near.reshape(len(x), -1)
+        t, distance = _to_segments(x[:, None], self.point[near], self.end[near])
+        pick = np.argmin(distance, axis=1)
+        rows = np.arange(len(x))
+        segment = near[rows, pick]
+        s = t[rows, pick][:, None]
+        uv = self.uv[segment] + s * (self.uv_end[segment] - self.uv[segment])
+        return self.face[segment], uv, distance[rows, pick], self.free[segment]
+
+
+def _to_segments(x: Array, a: Array, b: Array) -> tuple[Array, Array]:
+    """Parameter in [0, 1] of the closest point on segments a b, and the distance."""
+    along = b - a
+    t = np.clip(dot(x - a, along) / np.maximum(dot(along, along), 1e-300), 0.0, 1.0)
+    return t, np.linalg.norm(a + t[..., None] * along - x, axis=-1)
+
+
+def _partners(
+    point: Array, end: Array, middle: Array, face: IntArray, loop: IntArray, tol: float
+) -> IntArray:
+    """For every segment another one that runs along the same curve, or -1."""
+    count = len(point)
+    near = KDTree((point + end) / 2.0).query(middle, k=min(24, count))[1].reshape(count, -1)
+    _, distance = _to_segments(middle[:, None], point[near], end[near])
+    sag = np.linalg.norm(middle - (point + end) / 2.0, axis=1)
+    aligned = np.abs(dot(unit(end - point)[:, None], unit(end - point)[near])) > 0.9
+    length = np.bincount(loop)[loop][:, None]
+    apart = np.abs(near - np.arange(count)[:, None])
+    apart = np.minimum(apart, length - apart)
+    other = (loop[near] != loop[:, None]) | (apart > np.minimum(5, length // 4))
+    fits = other & aligned & (distance < tol + 2.0 * np.maximum(sag[near], sag[:, None]))
+    best = np.argmin(np.where(fits, distance, np.inf), axis=1)
+    rows = np.arange(count)
+    return np.where(fits[rows, best], near[rows, best], -1)
+
+
+def _seams(charts: Sequence[Chart], face: IntArray, middle: Array) -> BoolArray:
+    """Segments along the side at which a periodic chart closes on itself."""
+    seam = np.zeros(len(face), dtype=bool)
+    for i, chart in enumerate(charts):
+        for axis in (0, 1):
+            if chart.closed[axis]:
+                low, high = chart.domain[axis]
+                at, reach = middle[:, axis], 1e-9 * (high - low)
+                seam |= (face == i) & ((np.abs(at - low) < reach) | (np.abs(at - high) < reach))
+    return seam
+
+
+def _signs(faces: int, point: Array, end: Array, face: IntArray, partner: IntArray) -> Array:
+    """Loops have their face on the left, so equal turn means opposite directions along an edge."""
+    vote = np.zeros((faces, faces))
+    rows = np.flatnonzero(partner >= 0)
+    other = partner[rows]
+    same = -dot(end[rows] - point[rows], unit(end[other] - point[other]))
+    np.add.at(vote, (face[rows], face[other]), same)
+    vote = vote + vote.T
+    np.fill_diagonal(vote, 0.0)
+    sign = np.zeros(faces)
+    for seed in range(faces):
+        if sign[seed]:
+            continue
+        sign[seed], queue = 1.0, [seed]
+        while queue:
+            i = queue.pop()
+            for j in np.flatnonzero(vote[i]):
+                if not sign[j]:
+                    sign[j] = sign[i] * np.sign(vote[i, j])
+                    queue.append(int(j))
+    return sign
+
+
+def _chained(
+    point: Array, end: Array, loop: IntArray, free: BoolArray, sign: Array, reach: float
+) -> tuple[Array, ...]:
+    """Runs of free segments joined end to start into closed loops."""
+    runs: list[Array] = []
+    closed: list[Array] = []
+    for n in np.unique(loop):
+        rows = np.flatnonzero(loop == n)
+        flags = free[rows]
+        if flags.all():
+            closed.append(point[rows] if sign[rows[0]] > 0 else point[rows][::-1])
+            continue
+        if not flags.any():
+            continue
+        first = int(np.flatnonzero(~flags)[0])
+        rows, flags = np.roll(rows, -first), np.roll(flags, -first)
+        starts = np.flatnonzero(flags & ~np.roll(flags, 1))
+        for s in starts:
+            stop = s + int(np.argmax(np.append(~flags[s:], True)))
+            line = np.concatenate([point[rows[s:stop]], end[rows[stop - 1 : stop]]])
+            runs.append(line if sign[rows[s]] > 0 else line[::-1])
+    while runs:
+        chain = runs.pop(0)
+        while runs:
+            gaps = [float(np.linalg.norm(r[0] - chain[-1])) for r in runs]
+            best = int(np.argmin(gaps))
+            home = float(np.linalg.norm(chain[0] - chain[-1]))
+            if gaps[best] > reach or home <= gaps[best]:
+                break
+            joined = runs.pop(best)
+            chain = np.concatenate([chain, joined[1:] if gaps[best] < 1e-6 * reach else joined])
+        if np.linalg.norm(chain[0] - chain[-1]) < 1e-3 * reach and len(chain) > 3:
+            chain = chain[:-1]
+        closed.append(chain)
+    return tuple(closed)
