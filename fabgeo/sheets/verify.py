@@ -12,6 +12,7 @@ that a layout that passes keeps its claims within 2 `ARC`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -93,6 +94,7 @@ def check_nest(
     nest: Nest,
     contours: Mapping[str, Contour],
     rotations: Mapping[str, tuple[float, ...] | None] | None = None,
+    quantities: Mapping[str, int] | None = None,
 ) -> list[str]:
     """Every violation of a whole nest.
 
@@ -102,13 +104,19 @@ def check_nest(
         Outer contour by mark of every part that was asked for.
     rotations : mapping, optional
         Allowed rotations by mark; None: any.
+    quantities : mapping, optional
+        How many of each mark were asked for; 1 where missing.
     """
     problems: list[str] = []
-    placed = [p.mark for sheet in nest.sheets for p in sheet.placements]
-    for mark in sorted({mark for mark in placed if placed.count(mark) > 1}):
-        problems.append(f"{mark} is placed {placed.count(mark)} times, expected once")
-    for mark in sorted(set(contours) - set(placed) - set(nest.unplaced)):
-        problems.append(f"{mark} is neither placed nor named as not placed")
+    placed = Counter(p.mark for sheet in nest.sheets for p in sheet.placements)
+    for mark in sorted(contours):
+        asked, found = (quantities or {}).get(mark, 1), placed[mark]
+        if found > asked:
+            problems.append(f"{mark} is placed {found} times, expected {asked}")
+        if found < asked and mark not in nest.unplaced:
+            problems.append(
+                f"{mark} is placed {found} times, expected {asked}, and no reason given"
+            )
     for mark in sorted(set(placed) - set(contours)):
         problems.append(f"{mark} is placed but was not asked for")
     for sheet in nest.sheets:

@@ -1,0 +1,243 @@
+"""Nesting of flat parts on stock: one interface, several engines, every layout verified.
+
+Glossary
+--------
+group
+    Parts of one material and thickness: nested by themselves.
+layout
+    Sheets with placements as an engine proposes them; a nest is a layout that passed the check.
+steps
+    Instead of seconds: a fixed number of tries, the same layout every time for the same seed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from fabgeo.errors import InputError, PartError
+from fabgeo.panels.flat import FlatPart
+from fabgeo.sheets.loop import knapsack_loop
+from fabgeo.sheets.packing import pack
+from fabgeo.sheets.pieces import Piece, piece_of
+from fabgeo.sheets.shelf import Layout, fits, shelves
+from fabgeo.sheets.stock import Nest, Sheet, Stock
+from fabgeo.sheets.verify import check_nest, check_sheet
+
+type Rotations = tuple[float, ...] | str | None
+type Listener = Callable[[str], None]
+
+AT_ONCE = 250  # pieces that the engine packs at once; more go through the loop
+LEAST_SECONDS = 1.0  # an engine needs this long to be of use
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What a layout of one group must keep."""
+
+    stocks: tuple[Stock, ...]
+    spacing: float
+    margin: float
+
+
+def nest(
+    parts: Sequence[FlatPart],
+    stocks: Sequence[Stock],
+    spacing: float = 6.0,
+    margin: float = 10.0,
+    rotations: Rotations = None,
+    seconds: float = 60.0,
+    seed: int = 0,
+    steps: int | None = None,
+    listener: Listener | None = None,
+    quantities: Mapping[str, int] | None = None,
+) -> list[Nest]:
+    """Nest all parts, by material and thickness, on the cheapest set of sheets found.
+
+    Parameters
+    ----------
+    parts : sequence of FlatPart
+    stocks : sequence of Stock
+        Sheets, boards and remnants; cost None: the sheet's area. Remnants: quantity 1, cost 0.
+    spacing, margin : float
+        mm between parts, and between parts and the sheet's edge.
+    rotations : tuple of float, "free" or None
+        Allowed rotations in radians for all parts; None: by each part's grain.
+    seconds : float
+        Wall clock for all groups together.
+    seed : int
+        Of the random candidates.
+    steps : int, optional
+        Tries a sheet instead of seconds: reproducible.
+    listener : callable, optional
+        Told in words whenever a group's layout improves.
+    quantities : mapping, optional
+        How many of each mark; 1 where missing.
+
+    Returns
+    -------
+    list of Nest
+        One a group, sorted by material and thickness. Parts that fit nothing are named in
+        `unplaced` with the reason; all the others are placed: rows of boxes are the fallback.
+
+    Raises
+    ------
+    InputError
+        If marks repeat or a size is negative.
+    """
+    _checked(parts, spacing, margin)
+    end = time.monotonic() + seconds
+    say = listener or (lambda _: None)
+    groups: dict[tuple[str, float], list[Piece]] = {}
+    for part in parts:
+        made = piece_of(part, rotations=rotations)
+        count = (quantities or {}).get(part.mark, 1)
+        groups.setdefault((part.material, part.thickness), []).extend([made] * count)
+    nests = []
+    waiting = sum(_effort(pieces) for pieces in groups.values())
+    for (material, thickness), pieces in sorted(groups.items(), key=lambda item: item[0]):
+        share = _effort(pieces) / waiting if waiting else 1.0
+        waiting -= _effort(pieces)
+        own = tuple(s for s in stocks if s.material == material and s.thickness == thickness)
+        budget = max(0.0, end - time.monotonic()) * share
+        group = _Group(material, thickness, pieces, Rules(own, spacing, margin), say)
+        nests.append(group.solve(budget, seed, steps))
+    return nests
+
+
+class _Group:
+    def __init__(
+        self, material: str, thickness: float, pieces: list[Piece], rules: Rules, say: Listener
+    ) -> None:
+        self.material, self.thickness = material, thickness
+        self.pieces, self.rules, self.say = pieces, rules, say
+        self.contours = {piece.mark: piece.contour for piece in pieces}
+        self.rotations = {piece.mark: piece.rotations for piece in pieces}
+        self.areas = {piece.mark: piece.area for piece in pieces}
+        self.quantities: dict[str, int] = {}
+        for piece in pieces:
+            self.quantities[piece.mark] = self.quantities.get(piece.mark, 0) + 1
+
+    def solve(self, seconds: float, seed: int, steps: int | None) -> Nest:
+        end = time.monotonic() + seconds
+        rules = self.rules
+        layout, unplaced = shelves(self.pieces, rules.stocks, rules.spacing, rules.margin)
+        best = self._nest(layout, unplaced)
+        problems = self._problems(best)
+        if problems:
+            raise PartError(f"nest {self._name}", f"rows of boxes fail the check: {problems[0]}")
+        self.say(f"{self._name}: {len(best.sheets)} sheets in rows")
+        movable = [p for p in self.pieces if any(fits(p, s, rules.margin) for s in rules.stocks)]
+        if not movable or (steps is None and seconds < LEAST_SECONDS):
+            return best
+        for layout in self._engines(movable, end, seed, steps):
+            best = self._better(best, layout)
+        return best
+
+    def _engines(self, pieces: list[Piece], end: float, seed: int, steps: int | None):
+        rules = self.rules
+        if len(rules.stocks) == 1 and len(pieces) <= AT_ONCE:
+            left = end - time.monotonic()
+            stock = rules.stocks[0]
+            sheets = pack(
+                pieces, stock, rules.spacing, rules.margin, left, deterministic=steps is not None
+            )
+            yield [(stock, sheet) for sheet in sheets]
+            return
+        yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
+
+    def _sound(self, stock: Stock, placements: list) -> bool:
+        sheet = Sheet("", stock, tuple(placements), 0.0)
+        return not check_sheet(sheet, self.contours, self.rules.spacing, self.rules.margin)
+
+    def _better(self, best: Nest, layout: Layout) -> Nest:
+        """The layout completed, if it is sound and cheaper."""
+        made = self._completed(layout)
+        problems = self._problems(made)
+        if problems:
+            self.say(f"{self._name}: a layout was rejected: {problems[0]}")
+            return best
+        if (len(made.unplaced), _cost(made)) < (len(best.unplaced), _cost(best)):
+            self.say(f"{self._name}: {len(made.sheets)} sheets, {100 * made.utilisation:.1f} %")
+            return made
+        return best
+
+    def _completed(self, layout: Layout) -> Nest:
+        """Unsound sheets are taken apart; what is not placed goes into rows of boxes."""
+        sound = [
+            (stock, placed) for stock, placed in layout if placed and self._sound(stock, placed)
+        ]
+        left = dict(self.quantities)
+        for _, placed in sound:
+            for placement in placed:
+                left[placement.mark] -= 1
+        rest = []
+        for piece in self.pieces:
+            if left[piece.mark] > 0:
+                left[piece.mark] -= 1
+                rest.append(piece)
+        rows, unplaced = shelves(
+            rest, _remaining(self.rules.stocks, sound), self.rules.spacing, self.rules.margin
+        )
+        return self._nest(sound + rows, unplaced)
+
+    def _nest(self, layout: Layout, unplaced: dict[str, str]) -> Nest:
+        sheets, used, bought = [], 0.0, 0.0
+        for k, (stock, placements) in enumerate(layout, start=1):
+            area = sum(self.areas[placement.mark] for placement in placements)
+            size = stock.length * stock.width
+            used, bought = used + area, bought + size
+            sheets.append(Sheet(f"SHEET-{k:03d}", stock, tuple(placements), area / size))
+        return Nest(
+            self.material,
+            self.thickness,
+            tuple(sheets),
+            unplaced,
+            used / bought if bought else 0.0,
+            self.rules.spacing,
+            self.rules.margin,
+        )
+
+    def _problems(self, made: Nest) -> list[str]:
+        return check_nest(made, self.contours, self.rotations, self.quantities)
+
+    @property
+    def _name(self) -> str:
+        return f"{self.material} {self.thickness:g} mm"
+
+
+def _remaining(stocks: Sequence[Stock], used: Layout) -> list[Stock]:
+    from dataclasses import replace
+
+    left = []
+    for stock in stocks:
+        taken = sum(other.name == stock.name for other, _ in used)
+        if stock.quantity is None:
+            left.append(stock)
+        elif stock.quantity > taken:
+            left.append(replace(stock, quantity=stock.quantity - taken))
+    return left
+
+
+def _cost(made: Nest) -> float:
+    return sum(
+        s.stock.cost if s.stock.cost is not None else s.stock.length * s.stock.width
+        for s in made.sheets
+    )
+
+
+def _effort(pieces: Sequence[Piece]) -> float:
+    return float(len(pieces))
+
+
+def _checked(parts: Sequence[FlatPart], spacing: float, margin: float) -> None:
+    if spacing < 0.0 or margin < 0.0:
+        raise InputError("nest", f"expected spacing and margin >= 0, found {spacing}, {margin}")
+    seen: set[str] = set()
+    for part in parts:
+        if part.mark in seen:
+            raise InputError(
+                f"part {part.mark}", "its mark repeats", "give each its own, or a quantity"
+            )
+        seen.add(part.mark)
