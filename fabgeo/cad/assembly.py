@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from OCP.TopoDS import TopoDS_Shape
 
-from fabgeo.arrays import Array, set_frozen
+from fabgeo.arrays import Array, IntArray, set_frozen
 from fabgeo.errors import InputError
 
 type Colour = tuple[float, float, float]
@@ -59,6 +59,8 @@ class Node:
         Name of the layer; "" for none.
     location : (4, 4) array, optional
         Rigid placement in the parent, in mm.
+    mesh : (vertices (n, 3), triangles (m, 3)), optional
+        Of the shape, for viewing; saves meshing it again.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Node:
     colour: Colour | None = None
     layer: str = ""
     location: Array | None = None
+    mesh: tuple[Array, IntArray] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "children", tuple(self.children))

@@ -46,7 +46,6 @@ from OCP.XCAFDoc import (
     XCAFDoc_ColorTool,
     XCAFDoc_ColorType,
     XCAFDoc_DocumentTool,
-    XCAFDoc_LayerTool,
     XCAFDoc_ShapeTool,
 )
 
