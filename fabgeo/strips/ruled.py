@@ -57,7 +57,7 @@ class RuledPatch:
     def edges(self, u: Array, derivative: int = 0) -> Array:
         """Points or u-derivatives (2, k, 3) of both edge curves at u (k,)."""
         curve = BSpline(self.knots, np.moveaxis(self.poles, 1, 0), 3)
-        return np.moveaxis(np.asarray(curve(u, derivative)), 0, 1)
+        return np.moveaxis(np.asarray(curve(u, derivative), dtype=np.float64), 0, 1)
 
     def points(self, u: Array, v: Array) -> Array:
         """Surface points at parameters u, v of equal shape (k,): (k, 3)."""

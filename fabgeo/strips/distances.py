@@ -1,0 +1,146 @@
+"""Distances between a strip model and a design surface, both ways, and along the boundary."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from fabgeo.arrays import Array, IntArray, dot
+from fabgeo.strips.frames import EdgeCurves, Frames, two_sides
+from fabgeo.strips.measures import worst
+from fabgeo.surfaces.base import DesignSurface
+
+ACROSS = 9  # sample points on a ruling, both ends included
+
+
+def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int) -> dict[str, Any]:
+    """The entries of `Measures` that need a design surface.
+
+    The deviation is the distance from the surface along its normal; where a sample lies beside
+    the surface, its distance past the boundary is the overhang instead.
+    """
+    v = np.linspace(0.0, 1.0, ACROSS)
+    p0, p1 = f.sides(f.p)
+    x = p0[:, None] + v[:, None, None] * (p1 - p0)[:, None]  # (strips, v, k, 3)
+    feet = surface.closest(x.reshape(-1, 3))
+    apart = x.reshape(-1, 3) - feet.point
+    height = dot(apart, feet.normal)
+    beside = np.where(
+        feet.on_boundary, np.linalg.norm(apart - height[:, None] * feet.normal, axis=-1), 0.0
+    )
+    deviation = np.where(feet.on_boundary, np.abs(height), np.linalg.norm(apart, axis=-1))
+    shape = x.shape[:3]
+    deviation, beside = deviation.reshape(shape), beside.reshape(shape)
+    e = np.broadcast_to(f.e[:, None], x.shape).reshape(-1, 3)
+    kappa = np.abs(feet.normal_curvature(e)).reshape(shape)
+    sag = kappa.max(axis=1) * f.length**2 / 16.0
+    limit, most = worst(sag, f.u), worst(deviation.max(axis=1), f.u)
+    back, place = _back(model, f, x, surface, samples)
+    return {
+        "deviation_max": most,
+        "deviation_rms": float(np.sqrt(np.mean(deviation**2))),
+        "overhang_max": worst(beside.max(axis=1), f.u),
+        "sag_limit": limit,
+        "deviation_over_sag_limit": most.value / limit.value if limit.value > 0.0 else None,
+        "surface_to_model_max": float(back.max()),
+        "surface_to_model_rms": float(np.sqrt(np.mean(back**2))),
+        "surface_to_model_at": place,
+        **_boundary(model, f, surface),
+    }
+
+
+def _back(
+    model: EdgeCurves, f: Frames, x: Array, surface: DesignSurface, samples: int
+) -> tuple[Array, tuple[float, float, float]]:
+    """Distances of points on the surface from the model, and where the largest is."""
+    points = surface.sample(samples).point
+    across, k = x.shape[1:3]
+    _, nearest = KDTree(x.reshape(-1, 3)).query(points)
+    strip, rest = np.divmod(nearest, across * k)
+    row, column = np.divmod(rest, k)
+    found = project(model, points, strip, f.u[column], row / (across - 1.0))
+    at = int(np.argmax(found))
+    place = (float(points[at, 0]), float(points[at, 1]), float(points[at, 2]))
+    return found, place
+
+
+def project(model: EdgeCurves, points: Array, strip: IntArray, u: Array, v: Array) -> Array:
+    """Distances of points (k, 3) from the model, by Gauss-Newton within the given strips."""
+    rows = np.arange(len(points))
+
+    def strip_points(u: Array, derivative: int) -> tuple[Array, Array]:
+        p0, p1 = two_sides(model.points(u, derivative), model.closed_i)
+        return p0[strip, rows], p1[strip, rows]
+
+    best = np.full(len(points), np.inf)
+    for _ in range(6):
+        a, b = strip_points(u, 0)
+        da, db = strip_points(u, 1)
+        x = a + v[:, None] * (b - a)
+        apart = points - x
+        best = np.minimum(best, np.linalg.norm(apart, axis=-1))
+        xu, xv = da + v[:, None] * (db - da), b - a
+        g11, g12, g22 = dot(xu, xu), dot(xu, xv), dot(xv, xv)
+        r1, r2 = dot(apart, xu), dot(apart, xv)
+        det = np.maximum(g11 * g22 - g12**2, 1e-300)
+        u = u + np.clip((g22 * r1 - g12 * r2) / det, -0.5, 0.5)
+        if not model.closed_u:
+            u = np.clip(u, 0.0, model.segments)
+        v = np.clip(v + (g11 * r2 - g12 * r1) / det, 0.0, 1.0)
+    return best
+
+
+def _boundary(model: EdgeCurves, f: Frames, surface: DesignSurface) -> dict[str, float | None]:
+    """Distances between the model's boundary and the surface's, both ways."""
+    outline = _outline(model, f)
+    if outline is None or not surface.loops:
+        return {"boundary_max": None, "boundary_to_model_max": None}
+    there = min_distances(outline, surface.loops)
+    samples = np.concatenate([_thinned(loop) for loop in surface.loops])
+    back = min_distances(samples, _outline_loops(model, f))
+    return {"boundary_max": float(there.max()), "boundary_to_model_max": float(back.max())}
+
+
+def _outline(model: EdgeCurves, f: Frames) -> Array | None:
+    loops = _outline_loops(model, f)
+    return np.concatenate(loops) if loops else None
+
+
+def _outline_loops(model: EdgeCurves, f: Frames) -> list[Array]:
+    """The model's free boundary as open polylines: end rulings and outer edges."""
+    out = []
+    if not model.closed_i:
+        out += [f.p[0], f.p[-1]]
+        if model.closed_u:
+            out = [np.concatenate([line, line[:1]]) for line in out]
+    if not model.closed_u:
+        ends = [f.p[:, 0], f.p[:, -1]]
+        if model.closed_i:
+            ends = [np.concatenate([line, line[:1]]) for line in ends]
+        out += [_dense(line) for line in ends]
+    return out
+
+
+def _dense(polygon: Array, pieces: int = 8) -> Array:
+    s = np.arange(pieces) / pieces
+    inner = polygon[:-1, None] + s[:, None] * np.diff(polygon, axis=0)[:, None]
+    return np.concatenate([inner.reshape(-1, 3), polygon[-1:]])
+
+
+def _thinned(loop: Array, most: int = 2000) -> Array:
+    return loop[:: max(1, len(loop) // most)]
+
+
+def min_distances(points: Array, polylines: list[Array] | tuple[Array, ...]) -> Array:
+    """Distances of points (k, 3) from polylines: nearest vertices' adjacent segments."""
+    start = np.concatenate([line[:-1] for line in polylines])
+    step = np.concatenate([np.diff(line, axis=0) for line in polylines])
+    nearest = 8 if len(start) >= 8 else len(start)
+    _, index = KDTree(start + step / 2.0).query(points, k=nearest)
+    index = np.asarray(index).reshape(len(points), nearest)
+    a, d = start[index], step[index]
+    s = dot(points[:, None] - a, d) / np.maximum(dot(d, d), 1e-300)
+    foot = a + np.clip(s, 0.0, 1.0)[..., None] * d
+    return np.linalg.norm(points[:, None] - foot, axis=-1).min(axis=1)

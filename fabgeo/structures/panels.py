@@ -1,0 +1,213 @@
+"""Panels with thickness: layers at given distances, joints taken off along edges and rulings.
+
+Any developable strip has offsets along its own normal m(u) with parallel rulings; a panel of a
+layer at height h lies on p + h m. Its long edges run where the bisecting axis n = m + a e meets the
+layer, so that neighbouring panels of any layer meet edge to edge before the joint is taken off.
+
+Glossary
+--------
+joint
+    Clear width between neighbouring panels at mid-surface. "parallel": half of it is taken off
+    square to the edge on the developed strip; "ruling": along the ruling.
+layer
+    One leaf of the skin, such as glass, insulation or lining: height of its mid-surface above the
+    model (negative: inside), thickness and material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fabgeo.arrays import Array, dot, unit
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.strips.axes import lean
+from fabgeo.strips.frames import frames
+from fabgeo.strips.interpolated import interpolated, knots_between
+from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.ruled import RuledPatch
+from fabgeo.structures.parts import Plate
+from fabgeo.structures.prisms import ruled_normals
+
+type JointSides = Literal["parallel", "ruling"]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One leaf of the skin; `height` of its mid-surface along m, in mm."""
+
+    name: str
+    height: float
+    thickness: float
+    material: str
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Joint widths in mm and how they are taken off along edge curves."""
+
+    edge: float = 0.0
+    ruling: float = 0.0
+    sides: JointSides = "parallel"
+    at_boundary: bool = False
+
+
+def panels(
+    model: StripModel,
+    patches: Sequence[Patch],
+    layer: Layer,
+    joint: Joint | None = None,
+    tolerance: float = 1e-3,
+    suffix: str = "",
+) -> list[Plate]:
+    """Panels of one layer, one a patch, in the order of the patches.
+
+    Works on a model of any kind. Marks are ``P-03-07`` plus `suffix` (such as ``-INS`` for a
+    second leaf); `shared` names the neighbours across edges and rulings.
+
+    Raises
+    ------
+    GeometryError
+        If joints eat a panel up, or a layer lies beyond the smallest bending radius.
+    """
+    joint = joint or Joint()
+    if layer.thickness <= 0.0:
+        raise InputError(f"layer {layer.name}", f"expected thickness > 0, found {layer.thickness}")
+    known = {(p.strip, p.cell): p for p in patches}
+    return [_panel(model, patch, known, layer, joint, tolerance, suffix) for patch in patches]
+
+
+def _panel(
+    model: StripModel,
+    patch: Patch,
+    known: dict[tuple[int, int], Patch],
+    layer: Layer,
+    joint: Joint,
+    tolerance: float,
+    suffix: str,
+) -> Plate:
+    mark = patch.mark + suffix
+    shared = _neighbours(model, patch, known, suffix)
+    take = [
+        (joint.edge if (side in shared or joint.at_boundary) else 0.0) / 2.0
+        for side in ("first", "second")
+    ]
+    trim = [
+        (joint.ruling if (side in shared or joint.at_boundary) else 0.0) / 2.0
+        for side in ("start", "end")
+    ]
+    local = _strip_only(model, patch.strip)
+    u0 = patch.u0 + _ruling_step(local, patch.strip, patch.u0, trim[0], layer.height)
+    u1 = patch.u1 - _ruling_step(local, patch.strip, patch.u1, trim[1], layer.height)
+    if u1 - u0 < 0.02 * (patch.u1 - patch.u0):
+        raise GeometryError(mark, "its joints leave nothing of it", "cut longer panels")
+
+    def curves(u: Array) -> Array:
+        return layer_edges(local, u, layer.height, take, joint.sides, mark)
+
+    made = interpolated(curves, knots_between(u0, u1), tolerance, mark)
+    mid = RuledPatch(made.knots, made.poles)
+    _refuse_regressive(mid, mark, layer.height)
+    return Plate(mark, mark, "panel", mid, layer.thickness, layer.material, shared=shared)
+
+
+@dataclass(frozen=True)
+class _Local:
+    """One strip of a model with its neighbours, as edge curves of their own (quick to evaluate)."""
+
+    model: StripModel
+    row: int  # of the strip within `model`
+
+
+def _strip_only(model: StripModel, strip: int) -> _Local:
+    if model.closed_i:
+        index = (strip - 1 + np.arange(4)) % model.edges
+        return _Local(StripModel(model.control[index], model.closed_u), 1)
+    low, high = max(strip - 1, 0), min(strip + 2, model.edges - 1)
+    return _Local(StripModel(model.control[low : high + 1], model.closed_u), strip - low)
+
+
+def layer_edges(
+    local: _Local, u: Array, height: float, take: Sequence[float], sides: str, mark: str
+) -> Array:
+    """Both edge curves (2, k, 3) of a panel at `height`, drawn in by `take` (mm) at each edge."""
+    f = frames(local.model, u)
+    a, _ = lean(f)
+    row = local.row
+    e, m = f.e[row], f.m[row]
+    ends = []
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        t = f.t[row + side]
+        # Square to the edge on the developed strip: the ruling meets the edge at angle phi.
+        sine = dot(np.cross(t, e), m)
+        along = take[side] / sine if sides == "parallel" else np.full(len(u), take[side])
+        step = height * a[row + side] + sign * along
+        ends.append(f.p[row + side] + height * m + step[:, None] * e)
+    if np.any(dot(ends[1] - ends[0], e) <= 0.0):
+        raise GeometryError(mark, "its joints leave nothing of it", "use wider strips")
+    return np.stack(ends)
+
+
+def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: float) -> float:
+    """Parameter step along which the nearer end of the ruling moves `distance` square to it."""
+    if distance == 0.0:
+        return 0.0
+    h = 1e-3
+    us = np.clip(
+        np.array([u - h, u + h]), 0.0, None if local.model.closed_u else local.model.segments
+    )
+    x = layer_edges(local, us, height, (0.0, 0.0), "ruling", f"strip {strip}")
+    f = frames(local.model, np.array([u]))
+    side = np.cross(f.e[local.row, 0], f.m[local.row, 0])
+    speed = np.abs((x[:, 1] - x[:, 0]) @ side / (us[1] - us[0])).min()
+    return distance / float(speed)
+
+
+def _neighbours(
+    model: StripModel, patch: Patch, known: dict[tuple[int, int], Patch], suffix: str
+) -> dict[str, str]:
+    """Marks of the panels across the patch's edges (the one that overlaps most) and rulings."""
+    out = {}
+    for side, step in (("first", -1), ("second", 1)):
+        strip = patch.strip + step
+        if model.closed_i:
+            strip %= model.strips
+        best, most = "", 1e-9
+        for (s, _), other in known.items():
+            if s == strip:
+                overlap = min(other.u1, patch.u1) - max(other.u0, patch.u0)
+                if overlap > most:
+                    best, most = other.mark + suffix, overlap
+        if best:
+            out[side] = best
+    row = sorted((p for (s, _), p in known.items() if s == patch.strip), key=lambda p: p.u0)
+    at = row.index(patch)
+    if at > 0:
+        out["start"] = row[at - 1].mark + suffix
+    elif model.closed_u and abs(row[-1].u1 - row[0].u0 - model.segments) < 1e-9:
+        out["start"] = row[-1].mark + suffix
+    if at < len(row) - 1:
+        out["end"] = row[at + 1].mark + suffix
+    elif model.closed_u and abs(row[-1].u1 - row[0].u0 - model.segments) < 1e-9:
+        out["end"] = row[0].mark + suffix
+    return out
+
+
+def _refuse_regressive(mid: RuledPatch, mark: str, height: float) -> None:
+    u = mid.parameters(4)
+    a, b = mid.edges(u)
+    da, db = mid.edges(u, 1)
+    e = unit(b - a)
+    m = ruled_normals(mid, u)
+    side = np.cross(e, m)
+    speeds = np.stack([dot(da, side), dot(db, side)])
+    if np.any(speeds <= 0.0):
+        raise GeometryError(
+            mark,
+            f"folds over at height {height:g} mm: its bending radius is smaller, or its rulings "
+            "meet inside",
+            "move the layer, or refit with wider strips",
+        )
