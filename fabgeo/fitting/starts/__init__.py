@@ -12,17 +12,25 @@ from inspect import signature
 from typing import Any
 
 from fabgeo.errors import FabgeoError, InputError
+from fabgeo.fitting.starts.geodesic import geodesic_start
 from fabgeo.fitting.starts.iso import iso_start
 from fabgeo.fitting.starts.mesh import mesh_start
 from fabgeo.fitting.starts.model import model_start
+from fabgeo.fitting.starts.network import network_start
+from fabgeo.fitting.starts.principal import principal_start
 from fabgeo.fitting.starts.quality import Quality, check_folds, quality
+from fabgeo.fitting.starts.sections import sections_start
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
 # Every method: (surface, strips, segments, direction, seed, **options) -> model, notes.
 _STARTS: dict[str, Callable[..., tuple[StripModel, list[str]]]] = {
     "iso": iso_start,
+    "principal": principal_start,
+    "sections": sections_start,
     "mesh": mesh_start,
+    "geodesic": geodesic_start,
+    "network": network_start,
     "model": model_start,
 }
 METHODS: tuple[str, ...] = ("auto", *_STARTS)

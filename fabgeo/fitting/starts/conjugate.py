@@ -20,7 +20,8 @@ from scipy.sparse.linalg import spsolve
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.fitting.starts.net import Net
 
-LEAST_GAP = 0.2  # of the even spacing: closer stations count as not monotone
+LEAST_GAP = 0.35  # of the even spacing: closer stations count as not monotone
+MOST_RATIO = 1.8  # of neighbouring gaps: more makes a uniform spline swing
 
 
 def conjugate_parameters(
@@ -55,7 +56,7 @@ def conjugate_parameters(
     least, scale = start, 1.0 / segments
     for fairness in (1.0, 0.3, 0.1, 0.03, 0.01):
         found = _solve(net, s, best, fairness, ends, steps, scale)
-        if _gap(found, net.closed_t) < LEAST_GAP * scale:
+        if not _smooth(found, net.closed_t, scale):
             break
         level = _rms(_sine(net, s, found))
         if level < least:
@@ -90,7 +91,7 @@ def _solve(
         step[free] = spsolve((normal + weight * identity(len(free))).tocsc(), -right)
         new = t + step.reshape(t.shape)
         rest, less = total(new)
-        if less < value and _gap(new, net.closed_t) > 0.0:
+        if less < value and _gaps(new, net.closed_t).min() > 0.0:
             gain = (value - less) / max(value, 1e-300)
             t, residual, value, damping = new, rest, less, damping / 4.0
             if gain < 1e-4:
@@ -158,9 +159,17 @@ def _free(shape: tuple[int, int], ends: str, closed_t: bool) -> Array:
     return np.flatnonzero(free)
 
 
-def _gap(t: Array, closed: bool) -> float:
-    gaps = np.diff(np.concatenate([t, t[:, :1] + 1.0], axis=1) if closed else t, axis=1)
-    return float(gaps.min())
+def _gaps(t: Array, closed: bool) -> Array:
+    return np.diff(np.concatenate([t, t[:, :1] + 1.0], axis=1) if closed else t, axis=1)
+
+
+def _smooth(t: Array, closed: bool, scale: float) -> bool:
+    """Whether stations are monotone, and evenly enough spaced for a uniform spline."""
+    gaps = _gaps(t, closed)
+    if gaps.min() < LEAST_GAP * scale:
+        return False
+    ratio = gaps[:, 1:] / gaps[:, :-1]
+    return bool(np.all(np.maximum(ratio, 1.0 / ratio) < MOST_RATIO))
 
 
 def _columns(net: Net, segments: int) -> int:

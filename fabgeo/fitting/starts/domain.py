@@ -12,6 +12,7 @@ import numpy as np
 from fabgeo.arrays import Array, unit
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net
+from fabgeo.fitting.starts.polyline import even
 from fabgeo.surfaces.base import DesignSurface
 
 
@@ -79,7 +80,7 @@ def _rectangle_corners(loop: Array) -> Array:
 
 def _patch(surface: DesignSurface, loop: Array, corners: Array, size: int) -> Net:
     sides = [
-        _resample(_between(loop, int(a), int(b)), size)
+        even(_between(loop, int(a), int(b)), size)
         for a, b in zip(corners, np.roll(corners, -1), strict=True)
     ]
     bottom, right, top, left = sides[0], sides[1], sides[2][::-1], sides[3][::-1]
@@ -143,11 +144,5 @@ def _between(loop: Array, a: int, b: int) -> Array:
     return np.roll(loop, -a, axis=0)[: (b - a) % len(loop) + 1]
 
 
-def _resample(line: Array, count: int) -> Array:
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    wanted = np.linspace(0.0, arc[-1], count)
-    return np.stack([np.interp(wanted, arc, line[:, k]) for k in range(3)], axis=1)
-
-
 def _resample_closed(loop: Array, count: int) -> Array:
-    return _resample(np.vstack([loop, loop[:1]]), count + 1)[:-1]
+    return even(np.vstack([loop, loop[:1]]), count + 1)[:-1]

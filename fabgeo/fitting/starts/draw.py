@@ -22,6 +22,7 @@ def model_of_net(
     conjugate: bool = True,
     project: bool = True,
     ends: str = "held",
+    places: Array | None = None,
 ) -> tuple[StripModel, list[str]]:
     """A strip model whose edges are lines s = const of a net on a surface.
 
@@ -37,6 +38,8 @@ def model_of_net(
         Whether edge points are brought to the surface (not those beside its boundary).
     ends : "held" or "free"
         See `conjugate_parameters`.
+    places : (E,) array, optional
+        Values of s of the edges, evenly spaced by default.
 
     Returns
     -------
@@ -45,7 +48,7 @@ def model_of_net(
     """
     strips, segments, note = counts(net, surface, strips, segments, sag)
     notes = [note] if note else []
-    s = net.places(strips)
+    s = net.places(strips) if places is None else places
     t = np.broadcast_to(net.stations(segments), (len(s), segments + (not net.closed_t)))
     if conjugate:
         t, note = conjugate_parameters(net, s, segments, ends)

@@ -20,6 +20,7 @@ from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
+from fabgeo.surfaces.trace_chart import Parametrised
 
 
 def iso_start(
@@ -57,8 +58,8 @@ def iso_net(surface: DesignSurface, size: int = 33) -> tuple[Net, str]:
 
 
 def parametrisation(surface: Any) -> Any | None:
-    """The surface, or its chart, if that has domain, closed and evaluate; else None."""
-    for owner in (surface, getattr(surface, "chart", None)):
-        if owner is not None and all(hasattr(owner, a) for a in ("domain", "closed", "evaluate")):
-            return owner
-    return None
+    """What answers by parameters for the whole surface: itself, or its only, untrimmed chart."""
+    charts, trims = getattr(surface, "charts", ()), getattr(surface, "trims", (None,))
+    if len(charts) == 1 and trims[0] is None:
+        return charts[0]
+    return surface if isinstance(surface, Parametrised) else None

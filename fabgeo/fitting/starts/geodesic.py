@@ -1,0 +1,120 @@
+"""Start from geodesics that leave a seed curve, with conjugate rulings between them.
+
+The strips of a geodesic model unfold to nearly straight planks (paper, "Geodesic strip models").
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import Array, checked, unit
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.fitting.starts.draw import model_of_net
+from fabgeo.fitting.starts.net import Net
+from fabgeo.fitting.starts.polyline import even_with_tangents
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface, size_of
+from fabgeo.surfaces.trace import both_ways, trace_geodesics
+from fabgeo.surfaces.trace_extension import Extended
+
+LINES, STEPS = 25, 32
+
+
+def geodesic_start(
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    direction: Any = None,
+    seed: Any = None,
+    *,
+    angle: float = 90.0,
+    overhang: float = 0.5,
+    **options: Any,
+) -> tuple[StripModel, list[str]]:
+    """Edges along geodesics that cross a seed curve, overhanging the boundary.
+
+    Parameters
+    ----------
+    direction : "u", "v" or (3,) array_like, optional
+        Where the geodesics run, if no seed curve is given: along the longer ("v", default) or the
+        shorter axis of the surface, or along a vector.
+    seed : (k, 3) array_like, optional
+        The curve they leave from; by default the geodesic through the middle, across `direction`.
+    angle : float
+        Degrees between seed curve and geodesics.
+    """
+    extended = Extended(surface)
+    curve = default_seed(surface, direction) if seed is None else checked("seed", seed, (None, 3))
+    net = geodesic_net(extended, curve, angle, overhang)
+    model, notes = model_of_net(net, extended, strips, segments, **options)
+    return model, [f"geodesics at {angle:.0f} deg to a seed curve", *notes]
+
+
+def geodesic_net(
+    surface: Extended, curve: Array, angle: float = 90.0, overhang: float = 0.5
+) -> Net:
+    """Rows are geodesics, columns join points of equal arc length from the seed curve.
+
+    Raises
+    ------
+    GeometryError
+        If neighbouring geodesics meet within the surface.
+    """
+    points, tangents = even_with_tangents(curve, LINES)
+    at = surface.closest(points)
+    side = unit(np.cross(at.normal, tangents))
+    turn = np.radians(angle)
+    along = np.cos(turn) * tangents + np.sin(turn) * side
+    step = 0.6 * size_of(surface) / STEPS
+    rows, _ = both_ways(
+        lambda x, d: trace_geodesics(surface, x, d, step, STEPS)[0], at.point, along
+    )
+    inside = surface.beyond(rows.reshape(-1, 3)).reshape(rows.shape[:2]) == 0.0
+    used = np.flatnonzero(inside.any(axis=0))
+    if not len(used):
+        raise GeometryError("geodesic net", "the seed curve lies beside the surface", "move it")
+    extra = int(np.ceil(overhang))
+    rows = rows[:, max(used[0] - extra, 0) : used[-1] + extra + 1]
+    width = np.linalg.norm(np.diff(rows, axis=0), axis=2)
+    meeting = width < 0.1 * np.median(width)
+    meeting &= inside[:-1, max(used[0] - extra, 0) : used[-1] + extra + 1]
+    if meeting.any():
+        i, j = np.argwhere(meeting)[0]
+        x, y, z = rows[i, j]
+        raise GeometryError(
+            f"geodesics {i} and {i + 1}",
+            f"meet near ({x:.4g}, {y:.4g}, {z:.4g})",
+            "cover the surface by several models, or start from another curve",
+        )
+    return Net(rows)
+
+
+def default_seed(surface: DesignSurface, direction: Any = None) -> Array:
+    """The geodesic through the middle of the surface across a direction, within the boundary."""
+    at = surface.sample(400)
+    centre = surface.closest(at.point.mean(axis=0)[None])
+    along = _axis(at.point, direction)
+    across = np.cross(centre.normal[0], along)
+    if np.linalg.norm(across) < 1e-6:
+        raise InputError("direction", "is normal to the surface at its middle", "choose another")
+    extended = Extended(surface)
+    step = 0.6 * size_of(surface) / 64
+    lines, middle = both_ways(
+        lambda x, d: trace_geodesics(extended, x, d, step, 64)[0], centre.point, across[None]
+    )
+    line = lines[0]
+    inside = extended.beyond(line) == 0.0
+    first = middle - int(np.argmin(inside[middle::-1])) if not inside[: middle + 1].all() else 0
+    last = middle + int(np.argmin(inside[middle:])) if not inside[middle:].all() else len(line) - 1
+    return line[max(first, 0) : last + 1]
+
+
+def _axis(points: Array, direction: Any) -> Array:
+    if direction is None or isinstance(direction, str):
+        if direction not in (None, "u", "v"):
+            raise InputError("direction", f"expected 'u', 'v' or a vector, found {direction!r}")
+        _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+        return axes[1 if direction == "u" else 0]
+    return unit(checked("direction", direction, (3,)))

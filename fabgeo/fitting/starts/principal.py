@@ -1,0 +1,172 @@
+"""Start from principal curvature lines traced from a seed.
+
+Through the seed runs one line of each family. From even places on each the lines of the other are
+traced, beyond the boundary on the surface's smooth continuation; where they cross are the nodes of
+a principal net. It overhangs the boundary on all sides, as a conical model must (it is trimmed
+later, see `strips.trim`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import Array, dot, unit
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.fitting.starts.crossings import crossings
+from fabgeo.fitting.starts.draw import model_of_net
+from fabgeo.fitting.starts.net import Net
+from fabgeo.fitting.starts.polyline import even_with_tangents
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
+from fabgeo.surfaces.trace import anisotropy, both_ways, trace_principal, umbilics
+from fabgeo.surfaces.trace_extension import Extended
+
+LINES = 25  # of each family, before resampling
+STEPS = 36  # of a traced line, each way
+
+
+def principal_start(
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    direction: str | None = None,
+    seed: Any = None,
+    *,
+    overhang: float = 0.5,
+    **options: Any,
+) -> tuple[StripModel, list[str]]:
+    """Edges along one principal family, rulings along the other.
+
+    Parameters
+    ----------
+    direction : "larger" or "smaller"
+        Edges follow the larger principal curvature (default) or the smaller.
+    seed : (3,) array_like, optional
+        Where the two first lines cross; by default near the centre, where directions are clear.
+    overhang : float
+        How far the net reaches beyond the boundary, in widths of its own 25 x 25 mesh.
+    """
+    direction = direction or "larger"
+    if direction not in ("larger", "smaller"):
+        raise InputError("direction", f"expected 'larger' or 'smaller', found {direction!r}")
+    notes = _umbilic_notes(surface)
+    net, at = principal_net(surface, seed, overhang)
+    if direction == "smaller":
+        net = net.turned
+    options.setdefault("conjugate", False)
+    model, more = model_of_net(net, Extended(surface), strips, segments, **options)
+    x, y, z = at.point[0]
+    notes += [f"principal lines traced from ({x:.4g}, {y:.4g}, {z:.4g})", *more]
+    return model, notes
+
+
+def principal_net(
+    surface: DesignSurface, seed: Any = None, overhang: float = 0.5
+) -> tuple[Net, SurfacePoints]:
+    """A net of principal lines that covers the surface and overhangs it; rows follow the larger.
+
+    Raises
+    ------
+    GeometryError
+        If the lines do not form a net (an umbilic inside, or lines that close).
+    """
+    extended = Extended(surface)
+    at = surface.closest(_seed(surface, seed))
+    _, axes = at.principal()
+    reach = 0.75 * size_of(surface)
+    step = reach / STEPS
+    larger, smaller = axes[:, 0], axes[:, 1]
+    spine = _spine(extended, at.point, smaller, step)
+    rib = _spine(extended, at.point, larger, step)
+    rows = _family(extended, *even_with_tangents(spine, LINES), larger, step)
+    columns = _family(extended, *even_with_tangents(rib, LINES), smaller, step)
+    nodes = crossings(rows, columns)
+    points = _largest_block(nodes)
+    points = _cropped(points, extended, overhang)
+    return Net(points), at
+
+
+def _spine(surface: Extended, point: Array, along: Array, step: float) -> Array:
+    """The line through the seed, cut a little beyond the boundary: (k, 3)."""
+    lines, middle = both_ways(
+        lambda x, d: trace_principal(surface, x, d, step, STEPS), point, along
+    )
+    line = lines[0]
+    out = surface.beyond(line) > 0.75 * step
+    first = np.flatnonzero(out[:middle])
+    last = np.flatnonzero(out[middle:])
+    start = first[-1] if len(first) else 0
+    stop = middle + last[0] + 1 if len(last) else len(line)
+    return line[start:stop]
+
+
+def _family(surface: Extended, points: Array, tangents: Array, along: Array, step: float) -> Array:
+    """Lines across a spine, all in the sense of `along` at the seed: (N, k, 3)."""
+    normal = surface.closest(points).normal
+    across = unit(np.cross(normal, tangents))
+    middle = len(points) // 2
+    if dot(across[middle], along[0]) < 0.0:
+        across = -across
+    lines, _ = both_ways(lambda x, d: trace_principal(surface, x, d, step, STEPS), points, across)
+    return lines
+
+
+def _largest_block(nodes: Array) -> Array:
+    """The rows and columns around the middle in which every node exists."""
+    good = np.isfinite(nodes).all(axis=2)
+    i0 = j0 = 0
+    i1, j1 = good.shape
+    while not good[i0:i1, j0:j1].all() and min(i1 - i0, j1 - j0) > 4:
+        block = ~good[i0:i1, j0:j1]
+        # Drop the outer line with the largest share of missing nodes.
+        shares = [block[0].mean(), block[-1].mean(), block[:, 0].mean(), block[:, -1].mean()]
+        worst = int(np.argmax(shares))
+        if shares[worst] == 0.0:
+            break
+        i0, i1 = i0 + (worst == 0), i1 - (worst == 1)
+        j0, j1 = j0 + (worst == 2), j1 - (worst == 3)
+    if not good[i0:i1, j0:j1].all() or min(i1 - i0, j1 - j0) < 4:
+        bad = np.argwhere(~good[i0:i1, j0:j1])[0]
+        raise GeometryError(
+            "principal net",
+            f"lines {i0 + int(bad[0])} and {j0 + int(bad[1])} of the two families do not cross",
+            "move the seed away from umbilics, or choose another start",
+        )
+    return nodes[i0:i1, j0:j1]
+
+
+def _cropped(points: Array, surface: Extended, overhang: float) -> Array:
+    """Without the outer lines that lie wholly beyond the boundary, but for the overhang."""
+    beyond = surface.beyond(points.reshape(-1, 3)).reshape(points.shape[:2])
+    inside = beyond == 0.0
+    for axis in (0, 1):
+        used = np.flatnonzero(inside.any(axis=1 - axis))
+        if not len(used):
+            raise GeometryError("principal net", "no node lies on the surface", "move the seed")
+        extra = int(np.ceil(overhang))
+        low, high = max(used[0] - extra, 0), min(used[-1] + extra, points.shape[axis] - 1)
+        index = np.arange(low, high + 1)
+        points, inside = np.take(points, index, axis), np.take(inside, index, axis)
+    return points
+
+
+def _seed(surface: DesignSurface, seed: Any) -> Array:
+    if seed is not None:
+        point = np.asarray(seed, dtype=np.float64)
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise InputError("seed", f"expected a point (x, y, z), found {seed!r}")
+        return point[None]
+    at = surface.sample(400)
+    low, high = surface.bounds
+    away = np.linalg.norm(at.point - at.point.mean(axis=0), axis=1) / np.linalg.norm(high - low)
+    return at.point[np.argmax(anisotropy(at) * np.exp(-((away / 0.2) ** 2)))][None]
+
+
+def _umbilic_notes(surface: DesignSurface) -> list[str]:
+    at = surface.sample(600)
+    share = float(np.mean(anisotropy(at) < 0.05))
+    if share > 0.3:
+        return [f"principal directions are hardly defined on {100 * share:.0f} % of the surface"]
+    return [str(u) for u in umbilics(surface)]

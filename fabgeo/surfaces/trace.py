@@ -1,0 +1,207 @@
+"""Curves traced on any design surface: principal curvature lines and geodesics, many at once.
+
+Glossary
+--------
+field
+    A line field: a tangent direction at every point, without a sense; the sense is carried on from
+    where a curve comes from.
+umbilic
+    A point where both principal curvatures are equal: principal directions are not defined there.
+
+Curves are integrated by classical Runge-Kutta steps of equal arc length; a step is divided until
+its error estimate is within tolerance. Every stage is brought to the surface by its closest point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabgeo.arrays import Array, checked, dot, unit
+from fabgeo.surfaces.base import DesignSurface, SurfacePoints
+
+DEEPEST = 4  # a step is divided at most into 2 ** DEEPEST
+type Field = Callable[[SurfacePoints, Array], Array]
+
+
+@dataclass(frozen=True)
+class Umbilic:
+    """A place where principal directions are not defined or hardly: point, curvatures there."""
+
+    point: Array
+    kappa: Array
+
+    def __str__(self) -> str:
+        x, y, z = self.point
+        return (
+            f"umbilic near ({x:.4g}, {y:.4g}, {z:.4g}): principal curvatures "
+            f"{self.kappa[0]:.3g} and {self.kappa[1]:.3g}"
+        )
+
+
+def principal_field(at: SurfacePoints, along: Array) -> Array:
+    """The principal direction (k, 3) that is nearest to `along`, with its sense."""
+    _, axes = at.principal()
+    cosine = np.einsum("kai,ki->ka", axes, along)
+    which = np.argmax(np.abs(cosine), axis=1)
+    row = np.arange(len(which))
+    return axes[row, which] * np.where(cosine[row, which] < 0.0, -1.0, 1.0)[:, None]
+
+
+def conjugate_direction(at: SurfacePoints, along: Array) -> Array:
+    """The direction (k, 3) conjugate to `along`: r . S along = 0."""
+    bend = np.einsum("kij,kj->ki", at.shape, along)
+    return unit(np.cross(at.normal, bend))
+
+
+def trace_field(
+    surface: DesignSurface,
+    field: Field,
+    points: Array,
+    along: Array,
+    step: float,
+    count: int,
+    tolerance: float = 1e-3,
+) -> Array:
+    """Integral curves of a line field from many points at once.
+
+    Parameters
+    ----------
+    points, along : (N, 3) arrays
+        Starting points and directions (the sense, and which of the field's branches).
+    step : float
+        Arc length between returned points.
+    count : int
+        Number of steps.
+    tolerance : float
+        Error estimate allowed in a step, as a share of its length.
+
+    Returns
+    -------
+    (N, count + 1, 3) array
+    """
+    points, along = checked("points", points, ("n", 3)), checked("along", along, ("n", 3))
+
+    def slope(x: Array, before: Array) -> tuple[Array, Array]:
+        at = surface.closest(x)
+        return at.point, field(at, before)
+
+    x, d = slope(points, unit(along))
+    lines = [x]
+    for _ in range(count):
+        x, d = _field_step(slope, x, d, step, tolerance, 0)
+        lines.append(x)
+    return np.stack(lines, axis=1)
+
+
+def _field_step(
+    slope: Callable[[Array, Array], tuple[Array, Array]],
+    x: Array,
+    d: Array,
+    h: float,
+    tolerance: float,
+    depth: int,
+) -> tuple[Array, Array]:
+    """One Runge-Kutta step; curves whose error estimate is too large take two half steps."""
+    _, d2 = slope(x + 0.5 * h * d, d)
+    _, d3 = slope(x + 0.5 * h * d2, d2)
+    _, d4 = slope(x + h * d3, d3)
+    new, last = slope(x + h * (d + 2.0 * d2 + 2.0 * d3 + d4) / 6.0, d4)
+    # The fourth stage against the slope at the step's end: zero for an exact step.
+    error = np.linalg.norm(d4 - last, axis=1) / 6.0
+    bad = error > tolerance
+    if depth < DEEPEST and bad.any():
+        half = x[bad], d[bad]
+        for _ in range(2):
+            half = _field_step(slope, *half, 0.5 * h, tolerance, depth + 1)
+        new, last = new.copy(), last.copy()
+        new[bad], last[bad] = half
+    return new, last
+
+
+def trace_principal(
+    surface: DesignSurface,
+    points: Array,
+    along: Array,
+    step: float,
+    count: int,
+    tolerance: float = 1e-3,
+) -> Array:
+    """Principal curvature lines (N, count + 1, 3) from points, in the family nearest to `along`."""
+    return trace_field(surface, principal_field, points, along, step, count, tolerance)
+
+
+def trace_geodesics(
+    surface: DesignSurface, points: Array, along: Array, step: float, count: int
+) -> tuple[Array, Array]:
+    """Geodesics from many points at once: x'' = (x' . S x') n.
+
+    Returns
+    -------
+    lines : (N, count + 1, 3) array
+        At equal arc lengths.
+    tangents : (N, count + 1, 3) array
+    """
+    points, along = checked("points", points, ("n", 3)), checked("along", along, ("n", 3))
+
+    def bent(x: Array, t: Array) -> tuple[SurfacePoints, Array]:
+        at = surface.closest(x)
+        return at, np.einsum("ki,kij,kj->k", t, at.shape, t)[:, None] * at.normal
+
+    at = surface.closest(points)
+    x, t = at.point, _tangent(along, at.normal)
+    lines, tangents = [x], [t]
+    for _ in range(count):
+        _, a1 = bent(x, t)
+        t2 = t + 0.5 * step * a1
+        _, a2 = bent(x + 0.5 * step * t, t2)
+        t3 = t + 0.5 * step * a2
+        _, a3 = bent(x + 0.5 * step * t2, t3)
+        t4 = t + step * a3
+        at, a4 = bent(x + step * t3, t4)
+        at = surface.closest(x + step * (t + 2.0 * t2 + 2.0 * t3 + t4) / 6.0)
+        x, t = at.point, _tangent(t + step * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, at.normal)
+        lines.append(x)
+        tangents.append(t)
+    return np.stack(lines, axis=1), np.stack(tangents, axis=1)
+
+
+def both_ways(
+    trace: Callable[[Array, Array], Array], points: Array, along: Array
+) -> tuple[Array, int]:
+    """Curves traced forwards and backwards in one go, joined; and the index of their start."""
+    lines = trace(np.concatenate([points, points]), np.concatenate([along, -along]))
+    ahead, back = lines[: len(points)], lines[len(points) :]
+    return np.concatenate([back[:, :0:-1], ahead], axis=1), back.shape[1] - 1
+
+
+def anisotropy(at: SurfacePoints) -> Array:
+    """|k1 - k2| / (|k1| + |k2|) of (k,) points: 0 at an umbilic, 2 / 2 = 1 for a cylinder."""
+    kappa, _ = at.principal()
+    total = np.abs(kappa).sum(axis=1)
+    return np.abs(kappa[:, 0] - kappa[:, 1]) / np.maximum(total, 1e-300)
+
+
+def umbilics(surface: DesignSurface, count: int = 600, least: float = 0.05) -> list[Umbilic]:
+    """Places among `count` samples where principal directions are hardly defined.
+
+    Neighbouring samples are merged; each stands for its most umbilic one.
+    """
+    at = surface.sample(count)
+    size = float(np.linalg.norm(surface.bounds[1] - surface.bounds[0]))
+    flat = np.abs(at.principal()[0]).max(axis=1) * size < 1e-6
+    ratio = np.where(flat, 0.0, anisotropy(at))
+    found: list[int] = []
+    for k in np.argsort(ratio):
+        if ratio[k] >= least:
+            break
+        if all(np.linalg.norm(at.point[k] - at.point[o]) > 0.1 * size for o in found):
+            found.append(int(k))
+    kappa = at.principal()[0]
+    return [Umbilic(at.point[k], kappa[k]) for k in found]
+
+
+def _tangent(vectors: Array, normal: Array) -> Array:
+    return unit(vectors - dot(vectors, normal)[:, None] * normal)
