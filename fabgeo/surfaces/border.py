@@ -71,6 +71,7 @@ class Border:
         middle = chords(charts, f, (a + b) / 2.0)
         partner = _partners(point, end, middle, f, n, tol)
         free = (partner < 0) & ~_seams(charts, f, (a + b) / 2.0)
+        free = _without_crumbs(free, n, np.linalg.norm(end - point, axis=1), size / 150.0)
         sign = _signs(len(charts), point, end, f, partner)
         loops = _chained(point, end, n, free, sign[f], size / 100.0)
         return cls(point, end, a, b, f, n, free, sign, loops)
@@ -113,6 +114,26 @@ def _partners(
     best = np.argmin(np.where(fits, distance, np.inf), axis=1)
     rows = np.arange(count)
     return np.where(fits[rows, best], near[rows, best], -1)
+
+
+def _without_crumbs(free: BoolArray, loop: IntArray, length: Array, short: float) -> BoolArray:
+    """Flags with short runs between long ones of the other kind turned over.
+
+    Where more than two faces meet, or an export left a gap, a few segments find no partner.
+    """
+    cleaned = free.copy()
+    for n in np.unique(loop):
+        rows = np.flatnonzero(loop == n)
+        for kind in (True, False):
+            flags = cleaned[rows] == kind
+            if flags.all() or not flags.any():
+                continue
+            first = int(np.flatnonzero(~flags)[0])
+            turned, flags = np.roll(rows, -first), np.roll(flags, -first)
+            run = np.cumsum(np.diff(flags, prepend=False) != 0)
+            total = np.bincount(run, length[turned])
+            cleaned[turned[flags & (total[run] < short)]] = not kind
+    return cleaned
 
 
 def _seams(charts: Sequence[Chart], face: IntArray, middle: Array) -> BoolArray:

@@ -53,11 +53,8 @@ class ParametricSurface:
         self.charts = tuple(charts)
         self.trims = tuple(trims) if trims is not None else (None,) * len(charts)
         samples = [_samples(c, t) for c, t in zip(self.charts, self.trims, strict=True)]
-        self._sample_chart = np.repeat(np.arange(len(samples)), [len(s[0]) for s in samples])
-        self._sample_uv = np.concatenate([s[0] for s in samples])
-        self._sample_point = np.concatenate([s[1] for s in samples])
-        low, high = self._sample_point.min(axis=0), self._sample_point.max(axis=0)
-        self.size = float(np.linalg.norm(high - low))
+        points = np.concatenate([point for _, point in samples])
+        self.size = float(np.linalg.norm(np.ptp(points, axis=0)))
         if not self.size > 0.0:
             raise InputError(name, "the surface is a single point")
         self.tolerance = 1e-5 * self.size if tolerance is None else tolerance
@@ -65,9 +62,12 @@ class ParametricSurface:
             chart.closed = checked_closed(name, chart, self.tolerance)
         loops = [t or box_trim(c) for c, t in zip(self.charts, self.trims, strict=True)]
         self.border = Border.of(self.charts, loops, self.size, self.tolerance)
+        self._starts = [
+            Starts(i, chart, *sample, self.border if self.trims[i] else None)
+            for i, (chart, sample) in enumerate(zip(self.charts, samples, strict=True))
+        ]
         self._area_scale = np.array([_area_scale(c) for c in self.charts])
         self._sides = [self._free_sides(i) for i in range(len(self.charts))]
-        self._tree = KDTree(self._sample_point)
         self.sign = self.border.sign * self._turn()
 
     @property
@@ -78,7 +78,7 @@ class ParametricSurface:
     @cached_property
     def bounds(self) -> Array:
         """Bounding box (2, 3) of dense samples and the border."""
-        points = np.concatenate([self._sample_point, self.border.point])
+        points = np.concatenate([*(s.point for s in self._starts), self.border.point])
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @property
@@ -90,16 +90,9 @@ class ParametricSurface:
     def fingerprint(self) -> str:
         """Hash of the content: equal for equal surfaces."""
         digest = hashlib.sha256()
-        for array in (self._sample_point, self._sample_uv, self.border.point):
+        for array in (*(s.point for s in self._starts), self.border.point):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
-
-    def __getstate__(self) -> dict[str, object]:
-        return {k: v for k, v in self.__dict__.items() if k != "_tree"}
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        self._tree = KDTree(self._sample_point)
 
     def closest(self, points: Array) -> SurfacePoints:
         """Closest points of `points` (k, 3) with normal, shape tensor and boundary flag."""
@@ -187,12 +180,13 @@ class ParametricSurface:
         face, u, v = np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count)
         edge = np.zeros(count, dtype=bool)
         d = Derivatives(*(np.zeros((count, 3)) for _ in range(6)))
-        starts = self._starts(x)
+        reach = np.full(count, np.inf)
+        for starts in self._starts:
+            reach = np.minimum(reach, starts.farthest(x))
         for i, chart in enumerate(self.charts):
-            rows, sample = starts[i]
+            rows, start = self._starts[i].of(x, reach)
             if not len(rows):
                 continue
-            start = self._sample_uv[sample]
             fu, fv, fd = foot_points(chart, x[rows], start[:, 0], start[:, 1])
             distance = dot(fd.point - x[rows], fd.point - x[rows])
             trim = self.trims[i]
@@ -207,20 +201,6 @@ class ParametricSurface:
         if any(t is not None for t in self.trims):
             self._snap_to_border(x, best, face, u, v, d, edge)
         return face, u, v, d, edge
-
-    def _starts(self, x: Array) -> list[tuple[IntArray, IntArray]]:
-        """For every face the queries that may be closest to it, and their nearest sample."""
-        if len(self.charts) == 1:
-            return [(np.arange(len(x)), self._tree.query(x)[1])]
-        _, near = self._tree.query(x, k=min(12, len(self._sample_point)))
-        near = near.reshape(len(x), -1)
-        owner = self._sample_chart[near]
-        starts = []
-        for i in range(len(self.charts)):
-            mine = owner == i
-            rows = np.flatnonzero(mine.any(axis=1))
-            starts.append((rows, near[rows, np.argmax(mine[rows], axis=1)]))
-        return starts
 
     def _snap_to_border(
         self,
@@ -274,6 +254,51 @@ class ParametricSurface:
         return bent
 
 
+class Starts:
+    """Samples of one face: which queries may be closest to it, and where to start from.
+
+    Attributes
+    ----------
+    uv, point : (k, 2) and (k, 3) arrays
+    spacing : float
+        No point of the face is farther than this from a sample.
+    """
+
+    def __init__(
+        self, face: int, chart: Chart, uv: Array, point: Array, border: Border | None
+    ) -> None:
+        if border is not None:
+            rows = border.face == face
+            uv = np.concatenate([uv, border.uv[rows]])
+            point = np.concatenate([point, border.point[rows]])
+        d = chart.evaluate(*inside(chart, uv[:, 0], uv[:, 1]))
+        # At a pole, where x_u x x_v vanishes, no step knows where to go: don't start there.
+        area = np.linalg.norm(np.cross(d.u, d.v), axis=1)
+        regular = area > 1e-6 * area.mean()
+        self.uv, self.point = uv[regular], point[regular]
+        steps = (chart.domain[:, 1] - chart.domain[:, 0]) / np.array(_counts(chart))
+        lengths = [
+            np.linalg.norm(x, axis=1).max() * s for x, s in zip((d.u, d.v), steps, strict=True)
+        ]
+        self.spacing = float(np.hypot(*lengths))
+        self._corners = np.stack([self.point.min(axis=0), self.point.max(axis=0)])
+        self._tree = KDTree(self.point)
+
+    def farthest(self, x: Array) -> Array:
+        """A distance (k,) within which the face surely has a point: that of a coarse sample."""
+        coarse = self.point[:: max(len(self.point) // 32, 1)]
+        return KDTree(coarse).query(x)[0]
+
+    def of(self, x: Array, reach: Array) -> tuple[IntArray, Array]:
+        """Rows of queries that may have their closest point here, and their starts (k, 2)."""
+        beyond = np.maximum(np.maximum(self._corners[0] - x, x - self._corners[1]), 0.0)
+        near = np.linalg.norm(beyond, axis=1) <= reach + self.spacing
+        rows = np.flatnonzero(near)
+        distance, sample = self._tree.query(x[rows])
+        kept = distance <= reach[rows] + self.spacing
+        return rows[kept], self.uv[sample[kept]]
+
+
 def _area_scale(chart: Chart) -> float:
     """Typical |x_u x x_v| of a chart."""
     (u0, u1), (v0, v1) = chart.domain
@@ -296,13 +321,8 @@ def _samples(chart: Chart, trim: Trim | None) -> tuple[Array, Array]:
     u, v = np.meshgrid(np.linspace(u0, u1, nu + 1), np.linspace(v0, v1, nv + 1), indexing="ij")
     uv = np.stack([u.ravel(), v.ravel()], axis=1)
     if trim is not None:
-        kept = uv[trim.contains(uv)]
-        uv = np.concatenate([kept, *trim.loops])
-    d = chart.evaluate(*inside(chart, uv[:, 0], uv[:, 1]))
-    # At a pole, where x_u x x_v vanishes, no step knows where to go: don't start there.
-    area = np.linalg.norm(np.cross(d.u, d.v), axis=1)
-    regular = area > 1e-6 * area.mean()
-    return uv[regular], d.point[regular]
+        uv = np.concatenate([uv[trim.contains(uv)], *trim.loops])
+    return uv, chart.evaluate(*inside(chart, uv[:, 0], uv[:, 1])).point
 
 
 def _cell_areas(chart: Chart) -> Array:

@@ -1,0 +1,106 @@
+"""Design surfaces made of one or many trimmed (rational) B-spline faces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabgeo.arrays import Array
+from fabgeo.errors import InputError
+from fabgeo.surfaces.bspline import BSplineChart
+from fabgeo.surfaces.parametric import ParametricSurface
+from fabgeo.surfaces.trims import Trim
+
+
+@dataclass(frozen=True, eq=False)
+class NurbsFace:
+    """One face as plain data, as a CAD reader hands it over; lengths in millimetres.
+
+    Attributes
+    ----------
+    poles : (n, m, 3) array
+    weights : (n, m) array or None
+    knots_u, knots_v : arrays
+        Flat (repeated) knots, n + degree_u + 1 and m + degree_v + 1 of them.
+    degree_u, degree_v : int
+    trims : tuple of (k, 2) arrays
+        Closed polylines in (u, v); () for the whole patch.
+    name : str
+        As the file calls it, or ``face 3``.
+    colour : (red, green, blue) or None
+        Each 0 to 1.
+    """
+
+    poles: Array
+    weights: Array | None
+    knots_u: Array
+    knots_v: Array
+    degree_u: int
+    degree_v: int
+    trims: tuple[Array, ...] = ()
+    name: str = ""
+    colour: tuple[float, float, float] | None = None
+
+    def chart(self) -> BSplineChart:
+        """The face's patch, without its trims."""
+        return BSplineChart(
+            self.poles, self.knots_u, self.knots_v, self.degree_u, self.degree_v, self.weights
+        )
+
+
+class NurbsSurface(ParametricSurface):
+    """A design surface of trimmed B-spline faces.
+
+    Faces are turned to agree along the edges they share; `loops` holds free edges only.
+
+    Parameters
+    ----------
+    faces : sequence of NurbsFace
+    name : str
+        For messages, such as the file's name.
+    tolerance : float, optional
+        Borders closer than this are one edge; default 1e-5 of the size.
+    """
+
+    def __init__(
+        self, faces: Sequence[NurbsFace], name: str = "nurbs", tolerance: float | None = None
+    ) -> None:
+        if not faces:
+            raise InputError(name, "holds no face", "export surfaces, not curves or meshes")
+        self.faces = tuple(faces)
+        charts = [face.chart() for face in faces]
+        trims = []
+        for face, chart in zip(faces, charts, strict=True):
+            trim = _checked_trim(f"{name}, {face.name or 'face'}", face.trims)
+            trims.append(None if trim is None or trim.is_whole(chart) else trim)
+        super().__init__(name, charts, trims, tolerance)
+
+
+def _checked_trim(where: str, loops: tuple[Array, ...]) -> Trim | None:
+    """The loops as a trim.
+
+    Raises
+    ------
+    InputError
+        If a loop crosses itself.
+    """
+    if not loops:
+        return None
+    import shapely
+
+    for loop in loops:
+        ring = shapely.Polygon(loop)
+        if not ring.is_valid:
+            why = shapely.is_valid_reason(ring)
+            at = np.round(loop.mean(axis=0), 4)
+            # A touch or a fold within the sampling of the curve is not a crossing.
+            mended = shapely.make_valid(ring)
+            if abs(mended.area - abs(ring.area)) > 1e-3 * max(mended.area, abs(ring.area)):
+                raise InputError(
+                    where,
+                    f"a trimming loop around u, v = {at.tolist()} crosses itself ({why})",
+                    "repair the face in the CAD program (untrim and trim again)",
+                )
+    return Trim(loops)
