@@ -1,0 +1,283 @@
+"""The cheapest class of every panel within the project's tolerances, panel by panel.
+
+Glossary
+--------
+class
+    What a panel is made as: "flat", "cylinder", "cone", or "developable" where no simpler shape
+    keeps the limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabgeo.arrays import Array, IntArray, dot, unit
+from fabgeo.panels.candidates import own_candidates
+from fabgeo.panels.forming import Forming, Sheet, forming_of
+from fabgeo.panels.joints import Joints, joints_of
+from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.made import as_made
+from fabgeo.panels.pool import CLASSES, Pool, pair_limits
+from fabgeo.panels.samples import PanelInput, Samples
+from fabgeo.panels.shapes import Cone, Cylinder, Shape, shape_of
+from fabgeo.strips.ruled import RuledPatch
+
+
+@dataclass(frozen=True)
+class PanelChoice:
+    """What one panel is made as, with everything measured about it.
+
+    Attributes
+    ----------
+    mark : str
+    cls : str
+        "flat", "cylinder", "cone" or "developable".
+    shape : Plane, Cylinder, Cone or None
+        What replaces the fitted panel; None: it stays.
+    made : RuledPatch
+        The panel as made, on the shape.
+    deviation_mm, bound_mm : float
+        Largest distance between fitted panel and shape at samples, and the bound of it anywhere.
+    flange_mm : float
+        Largest change of the distance between panel and beam flange, along the edges.
+    gap_mm, gap_edge : float, str
+        Largest gap to a neighbour as made, and at which side.
+    kink_added_deg, kink_own_deg, kink_edge : float, float, str
+        Largest kink that replacement adds, the fitted model's own largest kink, and the side of
+        the first.
+    radius_min_mm, radius_max_mm : float
+        Smallest and largest bending radius of the made panel; infinite where flat.
+    half_angle_deg : float or None
+        Of a cone.
+    axis : (2, 3) array or None
+        Point and direction of a cylinder's axis; apex and direction of a cone's.
+    bend_lines : str
+        "parallel", "concurrent" or "free", to within the deviation tolerance.
+    forming : str
+        "flat", "spring", "roll" or "press".
+    cost : float
+    reason : str
+        Why no cheaper class, and what forming has to say.
+    """
+
+    mark: str
+    cls: str
+    shape: Shape | None
+    made: RuledPatch
+    deviation_mm: float
+    bound_mm: float
+    flange_mm: float
+    gap_mm: float
+    gap_edge: str
+    kink_added_deg: float
+    kink_own_deg: float
+    kink_edge: str
+    radius_min_mm: float
+    radius_max_mm: float
+    half_angle_deg: float | None
+    axis: Array | None
+    bend_lines: str
+    forming: Forming
+    cost: float
+    reason: str
+
+
+def classify(
+    panels: Sequence[PanelInput],
+    tolerances: Tolerances | None = None,
+    costs: Costs | None = None,
+    sheet: Sheet | None = None,
+) -> list[PanelChoice]:
+    """Choose panel by panel, in the order given: the cheapest class within all limits.
+
+    A panel is compared with the neighbours already chosen as they will be made, and with the
+    others as fitted, so that every one of them still can stay as it is.
+
+    Parameters
+    ----------
+    panels : sequence of PanelInput
+    tolerances, costs, sheet : optional
+        The project's; defaults of the hand-over contract.
+
+    Raises
+    ------
+    InputError
+        If neighbours do not fit together.
+    """
+    tolerances, costs = tolerances or Tolerances(), costs or Costs()
+    pool, samples = own_candidates(panels, tolerances)
+    joints = joints_of(panels)
+    chosen = greedy(pool, joints, len(panels), tolerances, costs)
+    return describe(panels, samples, pool, joints, chosen, tolerances, costs, sheet or Sheet())
+
+
+def greedy(
+    pool: Pool, joints: Joints, count: int, tolerances: Tolerances, costs: Costs
+) -> IntArray:
+    """Chosen candidate of every panel, (p,), one panel after the other."""
+    cost = costs.of(pool)
+    fitted = np.full(count, -1, dtype=np.int64)
+    fitted[pool.panel[~pool.replaced]] = np.flatnonzero(~pool.replaced)
+    chosen = fitted.copy()
+    order = np.lexsort((pool.bound, cost))  # cheapest first, closest first among equals
+    of_panel: list[list[int]] = [[] for _ in range(count)]
+    for c in order:
+        of_panel[pool.panel[c]].append(int(c))
+    touching: list[list[int]] = [[] for _ in range(count)]
+    for j, (a, b) in enumerate(joints.panels):
+        touching[a].append(j)
+        if a != b:
+            touching[b].append(j)
+    for p in range(count):
+        options, at = np.array(of_panel[p]), np.array(touching[p], dtype=np.int64)
+        if len(at) == 0:
+            chosen[p] = options[0]
+            continue
+        joint = np.tile(at, len(options))
+        candidate = np.repeat(options, len(at))
+        sides = [
+            np.where(joints.panels[joint, s] == p, candidate, chosen[joints.panels[joint, s]])
+            for s in (0, 1)
+        ]
+        holds = tolerances.holds(*pair_limits(pool, joints, joint, sides[0], sides[1]))
+        good = holds.reshape(len(options), len(at)).all(axis=1)
+        good |= ~pool.replaced[options]
+        chosen[p] = options[int(np.argmax(good))]
+    return chosen
+
+
+def describe(
+    panels: Sequence[PanelInput],
+    samples: Samples,
+    pool: Pool,
+    joints: Joints,
+    chosen: IntArray,
+    tolerances: Tolerances,
+    costs: Costs,
+    sheet: Sheet,
+) -> list[PanelChoice]:
+    """The chosen candidates as reported values, everything at the joints measured as made."""
+    every = np.arange(len(joints))
+    first, second = chosen[joints.panels[:, 0]], chosen[joints.panels[:, 1]]
+    gap, added = pair_limits(pool, joints, every, first, second)
+    own = np.linalg.norm(joints.own, axis=-1).max(axis=-1)
+    worst = [_Worst() for _ in panels]
+    for j in every:
+        for s in (0, 1):
+            worst[joints.panels[j, s]].see(joints.sides[j][s], gap[j], added[j], own[j])
+    fitted_radii = bending_radii(samples)
+    lines = bend_lines(samples, tolerances.deviation_mm)
+    cost = costs.by_kind
+    out = []
+    for p, panel in enumerate(panels):
+        c, seen = int(chosen[p]), worst[p]
+        name = CLASSES[pool.kind[c]]
+        shape = None if name == "developable" else shape_of(pool.carriers, c, name)
+        made = panel.patch if shape is None else as_made(panel.patch, shape)
+        radii = fitted_radii[p] if shape is None else _radii(shape, made)
+        forming, note = forming_of(name, radii[0], sheet)
+        out.append(
+            PanelChoice(
+                mark=panel.mark,
+                cls=name,
+                shape=shape,
+                made=made,
+                deviation_mm=float(pool.deviation[c]),
+                bound_mm=float(pool.bound[c]),
+                flange_mm=float(pool.flange[c]),
+                gap_mm=seen.gap,
+                gap_edge=seen.gap_edge,
+                kink_added_deg=float(np.degrees(seen.added)),
+                kink_own_deg=float(np.degrees(seen.own)),
+                kink_edge=seen.kink_edge,
+                radius_min_mm=radii[0],
+                radius_max_mm=radii[1],
+                half_angle_deg=(
+                    float(np.degrees(shape.half_angle)) if isinstance(shape, Cone) else None
+                ),
+                axis=np.stack(shape.axis) if isinstance(shape, Cylinder | Cone) else None,
+                bend_lines={"flat": "parallel", "cylinder": "parallel", "cone": "concurrent"}.get(
+                    name, lines[p]
+                ),
+                forming=forming,
+                cost=float(cost[pool.kind[c]]),
+                reason=note,
+            )
+        )
+    return out
+
+
+class _Worst:
+    """Largest figures over a panel's joints."""
+
+    def __init__(self) -> None:
+        self.gap = self.added = self.own = 0.0
+        self.gap_edge = self.kink_edge = ""
+
+    def see(self, side: str, gap: float, added: float, own: float) -> None:
+        if gap > self.gap:
+            self.gap, self.gap_edge = float(gap), side
+        if added > self.added:
+            self.added, self.kink_edge = float(added), side
+        self.own = max(self.own, float(own))
+
+
+def _radii(shape: Shape, made: RuledPatch) -> tuple[float, float]:
+    if shape.k == 0.0:
+        return np.inf, np.inf
+    points = made.edges(made.parameters(4)).reshape(1, -1, 3)
+    radius = 1.0 / np.abs(shape.batch.curvature(points)[0])
+    return float(radius.min()), float(radius.max())
+
+
+def bending_radii(samples: Samples) -> list[tuple[float, float]]:
+    """Smallest and largest bending radius of fitted patches, at their samples.
+
+    The normal curvature across a developable's ruling: (n . x_tt) over the squared distance
+    across the rulings, at both ends of every ruling.
+    """
+    rulings = samples.rulings
+    curvatures = []
+    for side in (0, 1):
+        speed, second = samples.edges[1, :, :, side], samples.edges[2, :, :, side]
+        normal = unit(np.cross(speed, rulings))
+        across = dot(np.cross(normal, rulings), speed)
+        # II(x_t, x_t) = n . x_tt: along the rulings a developable does not bend.
+        curvatures.append(np.abs(dot(normal, second)) / across**2)
+    kappa = np.concatenate(curvatures, axis=1)
+    high, low = kappa.max(axis=1), kappa.min(axis=1)
+    tiny = 1e-12
+    return [
+        (1.0 / h if h > tiny else np.inf, 1.0 / k if k > tiny else np.inf)
+        for h, k in zip(high, low, strict=True)
+    ]
+
+
+def bend_lines(samples: Samples, tolerance: float) -> list[str]:
+    """Whether the rulings of fitted patches are "parallel", "concurrent" or "free".
+
+    Parallel (a general cylinder) or concurrent (a general cone) when turning each ruling about
+    its middle into the common direction, or through the common point, moves its ends by less than
+    the tolerance.
+    """
+    rulings = samples.rulings
+    middle = samples.points(np.array([0.5]))[:, :, 0]
+    half = np.linalg.norm(samples.edges[0, :, :, 1] - samples.edges[0, :, :, 0], axis=-1) / 2.0
+    mean = unit(rulings.mean(axis=1))[:, None]
+    parallel = (np.linalg.norm(np.cross(rulings, mean), axis=-1) * half).max(axis=1)
+    # The point closest to all rulings: sum (1 - e e') (x - c) = 0, about the patch's own middle.
+    centre = middle.mean(axis=1)
+    away = np.eye(3) - rulings[..., :, None] * rulings[..., None, :]
+    right = np.einsum("psij,psj->pi", away, middle - centre[:, None])
+    matrix = away.sum(axis=1)
+    matrix = matrix + 1e-14 * np.trace(matrix, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    apex = centre + np.linalg.solve(matrix, right[..., None])[..., 0]
+    towards = unit(middle - apex[:, None])
+    concurrent = (np.linalg.norm(np.cross(rulings, towards), axis=-1) * half).max(axis=1)
+    return [
+        "parallel" if p <= tolerance else "concurrent" if c <= tolerance else "free"
+        for p, c in zip(parallel, concurrent, strict=True)
+    ]
