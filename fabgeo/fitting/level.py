@@ -1,0 +1,101 @@
+"""One level of a fit: a net with its sites, and the problem of each stage on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fabgeo.arrays import Array
+from fabgeo.fitting.held import Held
+from fabgeo.fitting.normal import NormalEquations
+from fabgeo.fitting.objectives.anchor import Anchor
+from fabgeo.fitting.objectives.base import Objective, State
+from fabgeo.fitting.objectives.boundary import Boundary
+from fabgeo.fitting.objectives.developable import Developable
+from fabgeo.fitting.objectives.even_widths import EvenWidths
+from fabgeo.fitting.objectives.fair_edges import FairEdges
+from fabgeo.fitting.objectives.fair_rulings import FairRulings
+from fabgeo.fitting.objectives.proximity import EdgeProximity, MiddleProximity
+from fabgeo.fitting.options import FitOptions
+from fabgeo.fitting.problem import StripProblem
+from fabgeo.fitting.quality import KIND_TERM, dense_sites
+from fabgeo.fitting.reference import Reference
+from fabgeo.fitting.samples import Net, Sites
+from fabgeo.strips.model import Kind
+
+
+class Level:
+    """What stays the same while only weights change: sites, patterns, normal equations."""
+
+    def __init__(
+        self, net: Net, reference: Reference, kind: Kind, options: FitOptions, held: Held
+    ) -> None:
+        self.net, self.reference, self.kind = net, reference, kind
+        self.options, self.held = options, held
+        self.fine, self.coarse = Sites.gauss(net, 3), Sites.gauss(net, 2)
+        self.dense = dense_sites(net)
+        self.ends = [] if net.closed_u else [Sites.at_end(net, False), Sites.at_end(net, True)]
+        self._equations: NormalEquations | None = None
+
+    def state(self, control: Array) -> State:
+        """The evaluated model."""
+        return State(self.net, control, self.reference)
+
+    def problem(
+        self, control: Array, start: Array, developability: float, anchor: float
+    ) -> StripProblem:
+        """The functional with its weights; normals for fairness are taken at `control`."""
+        objectives = self._objectives(control, start, developability, anchor)
+        return StripProblem(self.net, self.reference, objectives, self.coarse)
+
+    def equations(self, problem: StripProblem) -> NormalEquations:
+        """The normal equations, whose pattern is the same for all stages of the level."""
+        if self._equations is None:
+            self._equations = NormalEquations(
+                problem.stencils, problem.node_count, 3, self.options.solver
+            )
+        return self._equations
+
+    @property
+    def solver(self) -> str:
+        """How the normal equations are solved."""
+        return self._equations.method if self._equations else "none"
+
+    def _objectives(
+        self, control: Array, start: Array, developability: float, anchor: float
+    ) -> list[Objective]:
+        weights, state = self.options.weights, self.state(control)
+        normals = state.feet(self.coarse)[0].normal
+        step = float(np.linalg.norm(state.at(self.coarse, 1), axis=-1).mean())
+        terms: list[tuple[Objective, float]] = [
+            (Developable(self.fine), developability),
+            (EdgeProximity(self.coarse), weights.proximity),
+            (MiddleProximity(self.coarse), weights.proximity),
+            (FairEdges(self.coarse, normals, step, weights.normal_share), weights.fair_edges),
+            (Anchor(self.coarse, self.coarse.evaluate(start), normals), anchor),
+        ]
+        if len(self.net.windows(3)):
+            fair = FairRulings(self.coarse, normals, weights.normal_share)
+            terms += [
+                (fair, weights.fair_rulings),
+                (EvenWidths(self.coarse), weights.widths),
+            ]
+        if self.kind in KIND_TERM:
+            term = KIND_TERM[self.kind](self.fine)
+            if len(term.window):
+                terms.append((term, developability))
+        terms += [(term, weights.boundary) for term in self._boundary(normals, state)]
+        for term, weight in terms:
+            term.weight = weight
+        return [term for term, _ in terms]
+
+    def _boundary(self, normals: Array, state: State) -> list[Objective]:
+        share = self.options.weights.boundary_normal_share
+        terms: list[Objective] = []
+        for edge, side in self.held.edges.items():
+            window = np.array([edge])
+            terms.append(Boundary(self.coarse, window, side, normals[window], share))
+        window = np.arange(self.net.edges)
+        for end, side in self.held.ends.items():
+            near = normals[:, [0 if end == 0 else -1]][:, :, [0 if end == 0 else -1]]
+            terms.append(Boundary(self.ends[end], window, side, near, share))
+        return terms

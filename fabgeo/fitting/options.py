@@ -1,0 +1,111 @@
+"""What a user may ask of a fit; every default serves a canopy of 2 m and a roof of 300 m."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+from fabgeo.arrays import Array
+from fabgeo.errors import InputError
+
+type BoundaryChoice = Literal["auto", "edges", "ends", "all", "none"]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the terms of paper eq. (2): each multiplies a mean of squared lengths.
+
+    The unit of length is the mean ruling length of the start.
+
+    Attributes
+    ----------
+    proximity : float
+        Distance to the surface, at edges and at the middles of rulings.
+    boundary : float
+        Distance of held edges and ends to the boundary.
+    points : float
+        Distance of edges to given points.
+    fair_edges, fair_rulings : float
+        Bending of edge curves and ruling polygons, tangential to the surface.
+    widths : float
+        Difference of neighbouring ruling lengths.
+    anchor : float
+        Tangential distance to the start; only where nothing else holds a model in its domain. It
+        falls as developability rises.
+    normal_share : float
+        How much of the normal part of a bending counts: the surface dictates it.
+    boundary_normal_share : float
+        How much of the distance to the boundary counts along the surface's normal.
+    """
+
+    proximity: float = 1.0
+    boundary: float = 10.0
+    points: float = 10.0
+    fair_edges: float = 1e-3
+    fair_rulings: float = 1e-3
+    widths: float = 1e-3
+    anchor: float = 1e-3
+    normal_share: float = 0.03
+    boundary_normal_share: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value >= 0.0:
+                raise InputError(f"Weights.{name}", f"expected 0 or more, found {value}")
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Limits, weights and the way of a fit.
+
+    Attributes
+    ----------
+    twist_limit_deg : float
+        The fit goes on until strips twist no more than this, or nothing helps any more.
+    kind_limit_deg : float
+        The same for the defect angle of conical, circular and geodesic models.
+    weights : Weights
+    boundary : {"auto", "edges", "ends", "all", "none"}
+        What is held on the surface's boundary: the first and last edge curve, the ends u = 0 and
+        u = m, all or nothing. "auto" holds whatever lies on the boundary in the start; a conical
+        or circular model is never held at its ends, as its net is the surface's own.
+    points : (k, 3) array or None
+        Mounting points that edge curves are to pass through, in the surface's unit.
+    minimise : {"rms", "max"}
+        Whether the root mean square or the largest deviation is made small.
+    levels : int or None
+        Times that the start is coarsened along u before the fit refines it again exactly; None
+        chooses by the number of segments.
+    iterations : int
+        Steps of Levenberg-Marquardt that one stage may take.
+    stages : int
+        Times that the weight of developability may grow.
+    growth : float
+        Factor by which it grows.
+    solver : {"auto", "banded", "pardiso", "superlu"}
+        How the normal equations are solved; "auto" goes by their size.
+    """
+
+    twist_limit_deg: float = 0.002
+    kind_limit_deg: float = 0.005
+    weights: Weights = field(default_factory=Weights)
+    boundary: BoundaryChoice = "auto"
+    points: Array | None = None
+    minimise: Literal["rms", "max"] = "max"
+    levels: int | None = None
+    iterations: int = 20
+    stages: int = 12
+    growth: float = 10.0
+    solver: Literal["auto", "banded", "pardiso", "superlu"] = "auto"
+
+    def __post_init__(self) -> None:
+        if self.boundary not in get_args(BoundaryChoice.__value__):
+            raise InputError(
+                "FitOptions.boundary",
+                f"expected one of {get_args(BoundaryChoice.__value__)}, found {self.boundary!r}",
+            )
+        for name in ("twist_limit_deg", "kind_limit_deg"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"FitOptions.{name}", "expected a positive angle in degrees")
+        if not self.growth > 1.0:
+            raise InputError("FitOptions.growth", f"expected more than 1, found {self.growth}")

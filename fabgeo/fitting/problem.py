@@ -1,0 +1,75 @@
+"""The strip model's functional, paper eq. (2), as a least-squares problem for the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fabgeo.arrays import Array, IntArray
+from fabgeo.fitting.blocks import Block
+from fabgeo.fitting.folds import orientation
+from fabgeo.fitting.objectives.base import Objective, State
+from fabgeo.fitting.reference import Reference
+from fabgeo.fitting.samples import Net, Sites
+
+
+class StripProblem:
+    """A weighted sum of objectives over the control points of one net.
+
+    Parameters
+    ----------
+    net : Net
+    reference : Reference
+    objectives : sequence of Objective
+        Those of weight zero are left out of the sum.
+    fold_sites : Sites or None
+        Where a step is tested for folds; None tests nothing.
+    """
+
+    dim = 3
+
+    def __init__(
+        self,
+        net: Net,
+        reference: Reference,
+        objectives: Sequence[Objective],
+        fold_sites: Sites | None = None,
+    ) -> None:
+        self.net, self.reference = net, reference
+        self.objectives = list(objectives)
+        self.fold_sites = fold_sites
+        self._state: tuple[int, Array, State] | None = None
+
+    @property
+    def node_count(self) -> int:
+        """Control points of the model."""
+        return self.net.edges * self.net.columns
+
+    @property
+    def stencils(self) -> Sequence[IntArray]:
+        """Nodes of all elements."""
+        return [o.nodes() for o in self.objectives]
+
+    def state(self, x: Array) -> State:
+        """The evaluated model at unknowns `x`; the last one is kept."""
+        if self._state is None or self._state[1] is not x:
+            control = x.reshape(self.net.edges, self.net.columns, 3)
+            self._state = (0, x, State(self.net, control, self.reference))
+        return self._state[2]
+
+    def cost(self, x: Array) -> float:
+        """Half of the weighted sum of squares."""
+        state = self.state(x)
+        return float(sum(o.cost(state) for o in self.objectives if o.weight > 0.0))
+
+    def blocks(self, x: Array) -> list[Block]:
+        """Residuals and Jacobians of all terms."""
+        state = self.state(x)
+        return [o.block(state) for o in self.objectives if o.weight > 0.0]
+
+    def admissible(self, x: Array) -> bool:
+        """Whether no strip folds over."""
+        if self.fold_sites is None:
+            return True
+        return bool(np.all(orientation(self.state(x), self.fold_sites) > 0.0))
