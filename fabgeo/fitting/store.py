@@ -1,4 +1,4 @@
-"""``strips.json``: a fitted model as plain data, so that a fit can be resumed and a build reloads it.
+"""``strips.json``: a fitted model as plain data; a build reloads it, a fit resumes from it.
 
 Glossary
 --------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import quadric
+from fit_helpers import quadric
 
 from fabgeo.fitting.objectives.anchor import Anchor
 from fabgeo.fitting.objectives.base import State
@@ -48,7 +48,7 @@ def built(term, net):
         side = Side(np.array([[-100.0, 0.3, 0.0], [0.0, 0.3, 0.0], [100.0, 0.3, 0.0]]))
         return Boundary(sites, np.array([0]), side, normals[:1], 0.3)
     if term is MountingPoints:
-        points = RNG.standard_normal((5, 3)) + [2.0, 1.5, 0.0]
+        points = RNG.standard_normal((5, 3)) + np.array([2.0, 1.5, 0.0])
         return MountingPoints(net, np.array([0, 1, 1, 2, 3]), np.linspace(0.1, 3.9, 5), points)
     return term(sites)
 
