@@ -51,10 +51,7 @@ def plate_solid(plate: Plate, tolerance: float = 1e-3, holes: bool = True) -> To
     PartError, GeometryError
         If the plate folds, or a hole can't be cut.
     """
-    solid = prism_solid(plate_prism(plate, tolerance))
-    if holes and plate.holes:
-        return drill(solid, plate.holes, plate.thickness, plate.mark)
-    return solid
+    return prism_solid(plate_prism(plate, tolerance), holes=plate.holes if holes else ())
 
 
 def drill(

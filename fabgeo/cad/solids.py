@@ -18,37 +18,30 @@ side
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from OCP.BRep import BRep_Builder
 from OCP.Geom import Geom_BSplineCurve, Geom_BSplineSurface, Geom_Line, Geom_Plane, Geom_Surface
 from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
 from OCP.gp import gp_Dir2d, gp_Pnt2d
-from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopoDS import (
-    TopoDS_Edge,
-    TopoDS_Face,
-    TopoDS_Shell,
-    TopoDS_Solid,
-    TopoDS_Vertex,
-    TopoDS_Wire,
-)
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Solid
 
 from fabgeo.arrays import Array
 from fabgeo.cad import kernel
+from fabgeo.cad.bores import SkinFace, bore
+from fabgeo.cad.rims import Skin, check_apart
 from fabgeo.cad.sound import check_prism, vector_area
+from fabgeo.cad.topology import BUILDER, FORWARD, REVERSED, TOL, close_face, close_solid, vertex
 from fabgeo.errors import PartError
-from fabgeo.structures.parts import Prism
+from fabgeo.structures.parts import Hole, Prism
 
 PLANAR_TOLERANCE = 5e-4
 """An end whose vertices lie this close to a plane (mm) is a plane, beyond it a bilinear face."""
 
-_TOL = 1e-7
-_FORWARD = TopAbs_Orientation.TopAbs_FORWARD
-_REVERSED = TopAbs_Orientation.TopAbs_REVERSED
-_BUILDER = BRep_Builder()
 
-
-def prism_solid(prism: Prism, planar_tolerance: float = PLANAR_TOLERANCE) -> TopoDS_Solid:
+def prism_solid(
+    prism: Prism, planar_tolerance: float = PLANAR_TOLERANCE, holes: Sequence[Hole] = ()
+) -> TopoDS_Solid:
     """The solid of a prism.
 
     Parameters
@@ -59,20 +52,28 @@ def prism_solid(prism: Prism, planar_tolerance: float = PLANAR_TOLERANCE) -> Top
         An end off its plane by at most this (mm) is closed by a plane, and the tolerance of its
         edges tells the deviation. Beyond it an end of four sides is closed by a bilinear face.
 
+    holes : sequence of Hole
+        Bored through the faces 0 and 2 of a prism of four sides, the skins of a plate.
+
     Returns
     -------
     TopoDS_Solid
-        Closed, oriented outwards, N ruled faces first, then the first and the last end.
+        Closed, oriented outwards, N ruled faces first, then the first and the last end, then the
+        walls of holes (half cylinders; of slots also planes).
 
     Raises
     ------
     PartError
         If the prism is folded, crossed or a sliver, or an end of more than four sides is not
-        plane: such a prism is never made a solid.
+        plane: such a prism is never made a solid. If a hole breaks out of the edge, runs more than
+        45 degrees from square or touches another.
     """
     outwards = check_prism(prism)
     poles = prism.poles if outwards else prism.poles[::-1]
-    return _Prism(prism.mark, prism.knots, poles, planar_tolerance).solid()
+    if holes and len(poles) != 4:
+        raise PartError(prism.mark, f"has {len(poles)} sides and no skins to bore holes through")
+    check_apart(prism.mark, holes)
+    return _Prism(prism.mark, prism.knots, poles, planar_tolerance).solid(holes)
 
 
 class _Prism:
@@ -83,31 +84,31 @@ class _Prism:
         self.poles = poles
         self.count = len(poles)
         self.u = (float(knots[0]), float(knots[-1]))
+        self.all_knots = knots
         self.knots = kernel.knot_arrays(knots)
         self.rows: list[list[list[float]]] = poles.tolist()
         self.ends = [_End(mark, poles[:, k], planar_tolerance) for k in (0, -1)]
         self.curves = [self._curve(j) for j in range(self.count)]
 
-    def solid(self) -> TopoDS_Solid:
-        shell = TopoDS_Shell()
-        _BUILDER.MakeShell(shell)
-        for j in range(self.count):
-            _BUILDER.Add(shell, self._face(j))
-        _BUILDER.Add(shell, self.ends[0].face(forward=True))
-        _BUILDER.Add(shell, self.ends[1].face(forward=False))
-        shell.Closed(True)
-        solid = TopoDS_Solid()
-        _BUILDER.MakeSolid(solid)
-        _BUILDER.Add(solid, shell)
-        return solid
+    def solid(self, holes: Sequence[Hole]) -> TopoDS_Solid:
+        faces = [self._face(j) for j in range(self.count)]
+        walls: list[TopoDS_Face] = []
+        if holes:
+            lower, upper = (SkinFace(self._skin(j), faces[j]) for j in (0, 2))
+            walls = bore(holes, (lower, upper))
+        ends = [self.ends[0].face(forward=True), self.ends[1].face(forward=False)]
+        return close_solid([*faces, *ends, *walls])
+
+    def _skin(self, j: int) -> Skin:
+        return Skin(self.mark, self.all_knots, self.poles[[j, (j + 1) % self.count]])
 
     def _curve(self, j: int) -> TopoDS_Edge:
         curve = Geom_BSplineCurve(kernel.points(self.poles[j]), *self.knots, 3)
         edge = TopoDS_Edge()
-        _BUILDER.MakeEdge(edge, curve, _TOL)
-        _BUILDER.Range(edge, *self.u)
-        _BUILDER.Add(edge, self.ends[0].vertices[j].Oriented(_FORWARD))
-        _BUILDER.Add(edge, self.ends[1].vertices[j].Oriented(_REVERSED))
+        BUILDER.MakeEdge(edge, curve, TOL)
+        BUILDER.Range(edge, *self.u)
+        BUILDER.Add(edge, self.ends[0].vertices[j].Oriented(FORWARD))
+        BUILDER.Add(edge, self.ends[1].vertices[j].Oriented(REVERSED))
         return edge
 
     def _face(self, j: int) -> TopoDS_Face:
@@ -116,11 +117,11 @@ class _Prism:
         grid = kernel.point_grid([self.rows[j], self.rows[k]])
         surface = Geom_BSplineSurface(grid, self.knots[0], _UNIT[0], self.knots[1], _UNIT[1], 3, 1)
         face = TopoDS_Face()
-        _BUILDER.MakeFace(face, surface, _TOL)
+        BUILDER.MakeFace(face, surface, TOL)
         for edge, v in ((self.curves[j], 0.0), (self.curves[k], 1.0)):
             line = Geom2d_Line(gp_Pnt2d(0.0, v), gp_Dir2d(1.0, 0.0))
-            _BUILDER.UpdateEdge(edge, line, face, _TOL)
-            _BUILDER.Range(edge, face, *self.u)
+            BUILDER.UpdateEdge(edge, line, face, TOL)
+            BUILDER.Range(edge, face, *self.u)
         for end, u in zip(self.ends, self.u, strict=True):
             end.on_surface(j, face, (u, 0.0), (u, 1.0))
         close_face(
@@ -152,9 +153,9 @@ class _End:
                 f"{planar_tolerance:g} mm",
                 "cut the part by planes",
             )
-        tolerance = max(_TOL, 1.01 * off) if self.planar else _TOL
+        tolerance = max(TOL, 1.01 * off) if self.planar else TOL
         self.tolerance = tolerance
-        self.vertices = [_vertex(corner, tolerance) for corner in corners]
+        self.vertices = [vertex(corner, tolerance) for corner in corners]
         following = np.roll(corners, -1, axis=0)
         self.lengths = np.linalg.norm(following - corners, axis=1).tolist()
         self.sides = [self._side(j, following[j]) for j in range(len(corners))]
@@ -163,10 +164,10 @@ class _End:
         start = self.corners[j]
         line = Geom_Line(kernel.point(start), kernel.direction(end - start))
         edge = TopoDS_Edge()
-        _BUILDER.MakeEdge(edge, line, self.tolerance)
-        _BUILDER.Range(edge, 0.0, self.lengths[j])
-        _BUILDER.Add(edge, self.vertices[j].Oriented(_FORWARD))
-        _BUILDER.Add(edge, self.vertices[(j + 1) % len(self.corners)].Oriented(_REVERSED))
+        BUILDER.MakeEdge(edge, line, self.tolerance)
+        BUILDER.Range(edge, 0.0, self.lengths[j])
+        BUILDER.Add(edge, self.vertices[j].Oriented(FORWARD))
+        BUILDER.Add(edge, self.vertices[(j + 1) % len(self.corners)].Oriented(REVERSED))
         return edge
 
     def on_surface(
@@ -175,8 +176,8 @@ class _End:
         """Lay side j on a surface as the parameter line from start to end."""
         knots = kernel.knot_arrays(np.array([0.0, 0.0, self.lengths[j], self.lengths[j]]))
         curve = Geom2d_BSplineCurve(kernel.points_2d(np.array([start, end])), *knots, 1)
-        _BUILDER.UpdateEdge(self.sides[j], curve, face, self.tolerance)
-        _BUILDER.Range(self.sides[j], face, 0.0, self.lengths[j])
+        BUILDER.UpdateEdge(self.sides[j], curve, face, self.tolerance)
+        BUILDER.Range(self.sides[j], face, 0.0, self.lengths[j])
 
     def face(self, forward: bool) -> TopoDS_Face:
         """The end's face; `forward`: the sides' sense is the boundary's."""
@@ -186,7 +187,7 @@ class _End:
             x = self.corners[1] - self.corners[0]
             surface: Geom_Surface = Geom_Plane(kernel.axes(self.centre, normal, x))
             face = TopoDS_Face()
-            _BUILDER.MakeFace(face, surface, _TOL)
+            BUILDER.MakeFace(face, surface, TOL)
             close_face(face, uses if forward else uses[::-1])
             return face
         return self._bilinear(uses, forward)
@@ -200,27 +201,11 @@ class _End:
         grid = kernel.point_grid(rows)
         surface = Geom_BSplineSurface(grid, _UNIT[0], _UNIT[0], _UNIT[1], _UNIT[1], 1, 1)
         face = TopoDS_Face()
-        _BUILDER.MakeFace(face, surface, _TOL)
+        BUILDER.MakeFace(face, surface, TOL)
         for j in range(4):
             self.on_surface(j, face, uv[j], uv[(j + 1) % 4])
         close_face(face, uses if forward else uses[::-1])
         return face
-
-
-def close_face(face: TopoDS_Face, uses: list[tuple[TopoDS_Edge, bool]]) -> None:
-    """Bound a face by edges in order; True uses an edge in its own sense."""
-    wire = TopoDS_Wire()
-    _BUILDER.MakeWire(wire)
-    for edge, forward in uses:
-        _BUILDER.Add(wire, edge.Oriented(_FORWARD if forward else _REVERSED))
-    wire.Closed(True)
-    _BUILDER.Add(face, wire)
-
-
-def _vertex(corner: Array, tolerance: float) -> TopoDS_Vertex:
-    vertex = TopoDS_Vertex()
-    _BUILDER.MakeVertex(vertex, kernel.point(corner), tolerance)
-    return vertex
 
 
 _UNIT = kernel.knot_arrays(np.array([0.0, 0.0, 1.0, 1.0]))

@@ -1,0 +1,236 @@
+"""Where the wall of a hole meets the two skins of a plate, by Newton's method.
+
+Glossary
+--------
+wall
+    The surface of a bolt hole or slot: round pieces (half cylinders) and, of a slot, flat ones.
+piece
+    One of the 2 (round hole) or 4 (slot) pieces of a wall, run through by t in [0, 1]
+    counter-clockwise about the hole's axis.
+rim
+    The curve in which a wall meets a skin: for every t the point on the wall's line along the
+    axis at the height s(t), which lies on the skin at parameters u(t), v(t).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from fabgeo.arrays import Array, dot, unit
+from fabgeo.errors import PartError
+from fabgeo.structures.parts import Hole
+
+DEGREE = 5
+_SITES = 0.5 - 0.5 * np.cos(np.pi * np.arange(17) / 16)
+_SITES = 0.3 * _SITES + 0.7 * np.linspace(0.0, 1.0, 17)  # a little denser at both ends
+_FINE = np.linspace(0.0, 1.0, 35)
+_ALL = np.concatenate([_SITES, _FINE])
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a wall: a half cylinder about `centre`, or a plane through it (radius 0).
+
+    `frame` holds rows x, y, z: z along the axis; of a half cylinder the angle runs from 0 (x) to
+    pi, of a plane the line runs along x from `centre` over `length`.
+    """
+
+    centre: Array
+    frame: Array
+    radius: float
+    length: float
+
+    def foot(self, t: Array) -> Array:
+        """Points (k, 3) of the wall at height 0."""
+        x, y, _ = self.frame
+        if self.radius > 0.0:
+            angle = np.pi * t[:, None]
+            return self.centre + self.radius * (np.cos(angle) * x + np.sin(angle) * y)
+        return self.centre + (self.length * t)[:, None] * x
+
+
+@dataclass(frozen=True)
+class Rim:
+    """The rim of one piece on one skin as B-splines of one knot vector.
+
+    Attributes
+    ----------
+    knots : (k + 6,) array
+    points : (k, 3) array
+        Poles in space.
+    skin : (k, 2) array
+        Poles (u, v) on the skin.
+    height : (k,) array
+        Poles of s.
+    deviation : float
+        Largest distance of the three from each other, measured between the sites (mm).
+    """
+
+    knots: Array
+    points: Array
+    skin: Array
+    height: Array
+    deviation: float
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Heights s at t = 0 and 1."""
+        return float(self.height[0]), float(self.height[-1])
+
+
+def pieces(hole: Hole) -> list[Piece]:
+    """The pieces of a hole's wall, counter-clockwise about its axis."""
+    z = unit(hole.axis)
+    along = hole.direction - (hole.direction @ z) * z
+    if np.linalg.norm(along) < 1e-6:
+        along = np.eye(3)[np.argmin(np.abs(z))]
+        along = along - (along @ z) * z
+    d = unit(along)
+    y = np.cross(z, d)
+    radius, half = hole.diameter / 2.0, hole.slot / 2.0
+    out: list[Piece] = []
+    for sign in (1.0, -1.0):  # the half around +d runs from -y over d to +y
+        centre = hole.centre + sign * half * d
+        frame = np.stack([-sign * y, sign * d, z])
+        out.append(Piece(centre, frame, radius, 0.0))
+        if hole.slot > 0.0:
+            start = centre + sign * radius * y
+            out.append(Piece(start, np.stack([-sign * d, -sign * y, z]), 0.0, hole.slot))
+    return out
+
+
+class Skin:
+    """One ruled face of a prism, for finding rims on it."""
+
+    def __init__(self, mark: str, knots: Array, poles: Array) -> None:
+        self.mark = mark
+        self.low = np.array([knots[0], 0.0])
+        self.high = np.array([knots[-1], 1.0])
+        curve = BSpline(knots, np.moveaxis(poles, 1, 0), 3)
+        self.curve, self.slope = curve, curve.derivative()
+        u = np.linspace(knots[0], knots[-1], 4 * (len(knots) - 7) + 1)
+        v = np.linspace(0.0, 1.0, 5)
+        self.grid_uv = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
+        self.grid = self.at(self.grid_uv)[0]
+
+    def at(self, uv: Array) -> tuple[Array, Array, Array]:
+        """Points and derivatives by u and v, each (k, 3)."""
+        x = np.asarray(self.curve(uv[:, 0]))
+        slope = np.asarray(self.slope(uv[:, 0]))
+        v = uv[:, 1:]
+        ruling = x[:, 1] - x[:, 0]
+        return x[:, 0] + v * ruling, slope[:, 0] + v * (slope[:, 1] - slope[:, 0]), ruling
+
+    def rims(self, walls: Sequence[Piece]) -> list[Rim]:
+        """The rims of pieces on this skin, all at once.
+
+        Raises
+        ------
+        PartError
+            If a wall breaks out of the skin or meets it at more than 45 degrees from square.
+        """
+        count = len(_ALL)
+        foot = np.concatenate([piece.foot(_ALL) for piece in walls])
+        axis = np.repeat([piece.frame[2] for piece in walls], count, axis=0)
+        middle = foot.reshape(-1, count, 3).mean(axis=1)
+        seeds, _ = self._meet(middle, axis[::count], self._nearest(middle, axis[::count]))
+        uv, height = self._meet(foot, axis, np.repeat(seeds, count, axis=0))
+        self._check(foot, axis, uv, height)
+        points = foot + height[:, None] * axis
+        values = np.concatenate([points, uv, height[:, None]], axis=1).reshape(-1, count, 6)
+        values = np.moveaxis(values, 0, 1)  # (t, piece, quantity)
+        sites = len(_SITES)
+        spline = make_interp_spline(_SITES, values[:sites], k=DEGREE)
+        fine = np.moveaxis(np.asarray(spline(_FINE)), 1, 0)
+        true = np.moveaxis(values[sites:, :, :3], 1, 0)
+        on_skin = self.at(fine[..., 3:5].reshape(-1, 2))[0].reshape(true.shape)
+        on_wall = np.stack([piece.foot(_FINE) for piece in walls])
+        on_wall += fine[..., 5:] * axis[::count, None]
+        miss = [np.linalg.norm(fine[..., :3] - x, axis=-1) for x in (on_skin, on_wall, true)]
+        deviation = np.max(miss, axis=(0, 2))
+        poles = np.moveaxis(np.asarray(spline.c), 1, 0)
+        return [
+            Rim(np.asarray(spline.t), c[:, :3], c[:, 3:5], c[:, 5], float(d))
+            for c, d in zip(poles, deviation, strict=True)
+        ]
+
+    def _nearest(self, foot: Array, axis: Array) -> Array:
+        """The grid's parameters nearest to lines along the axes."""
+        off = self.grid - foot[:, None]
+        off = off - np.einsum("kgd,kd->kg", off, axis)[..., None] * axis[:, None]
+        return self.grid_uv[np.argmin((off**2).sum(axis=-1), axis=1)]
+
+    def _meet(self, foot: Array, axis: Array, uv: Array) -> tuple[Array, Array]:
+        """Parameters (k, 2) and heights (k,) where lines meet the skin, kept within its range."""
+        height = np.zeros(len(foot))
+        for _ in range(30):
+            x, xu, xv = self.at(uv)
+            gap = foot + height[:, None] * axis - x
+            normal = np.cross(xu, xv)
+            slope = dot(axis, normal)
+            rise = dot(gap, normal) / np.where(slope == 0.0, 1e-300, slope)
+            moved = gap - rise[:, None] * axis  # in the tangent plane now
+            size = dot(normal, normal)
+            step = np.stack(
+                [dot(np.cross(moved, xv), normal), dot(np.cross(xu, moved), normal)], axis=1
+            )
+            new = np.clip(uv + step / size[:, None], self.low, self.high)
+            height = height - rise
+            change = np.abs((new - uv) / (self.high - self.low)).max()
+            uv = new
+            if change < 1e-13:
+                break
+        return uv, height
+
+    def _check(self, foot: Array, axis: Array, uv: Array, height: Array) -> None:
+        x, xu, xv = self.at(uv)
+        miss = np.linalg.norm(foot + height[:, None] * axis - x, axis=1)
+        out = (miss > 1e-6) | np.any((uv <= self.low) | (uv >= self.high), axis=1)
+        if out.any():
+            raise PartError(
+                self.mark,
+                f"a hole at {_place(foot[out])} breaks out of the part's edge or misses it",
+                "keep the edge distance",
+            )
+        skew = np.abs(dot(unit(np.cross(xu, xv)), axis)) < np.sqrt(0.5)
+        if skew.any():
+            raise PartError(
+                self.mark,
+                f"a hole at {_place(foot[skew])} runs more than 45 degrees from square",
+                "turn its axis towards the normal",
+            )
+
+
+def check_apart(mark: str, holes: Sequence[Hole]) -> None:
+    """Refuse holes that touch each other (slots by their enclosing circle's two centres).
+
+    Raises
+    ------
+    PartError
+    """
+    for i, first in enumerate(holes):
+        for second in holes[i + 1 :]:
+            gap = _distance(first, second) - (first.diameter + second.diameter) / 2.0
+            if gap < 1e-3:
+                raise PartError(
+                    mark,
+                    f"holes at {_place(first.centre)} and {_place(second.centre)} touch",
+                    "move them apart",
+                )
+
+
+def _distance(first: Hole, second: Hole) -> float:
+    """Least distance of the centre lines of two holes, sampled for slots."""
+    spread = np.linspace(-0.5, 0.5, 9)[:, None]
+    a = first.centre + first.slot * spread * unit(first.direction)
+    b = second.centre + second.slot * spread * unit(second.direction)
+    return float(np.linalg.norm(a[:, None] - b[None], axis=-1).min())
+
+
+def _place(points: Array) -> str:
+    x, y, z = points.reshape(-1, 3).mean(axis=0)
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
