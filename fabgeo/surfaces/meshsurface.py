@@ -1,0 +1,336 @@
+"""A smooth design surface over an irregular mesh.
+
+Every vertex carries a quadratic patch fitted to its neighbourhood (an osculating paraboloid). Over
+a triangle the three patches of its corners are blended with weights that vanish to first order at
+the opposite edge. The blended surface passes through every vertex; normals and shape tensors are
+blended in the same way. In its tangent directions a boundary is the mesh's own polygon.
+
+Source of the patches: Cazals, Pouget, Estimating differential quantities using polynomial fitting
+of osculating jets (2005), degree 2. The blend: squares of the barycentric coordinates.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.spatial import KDTree
+
+from fabgeo.arrays import Array, BoolArray, IntArray, checked, dot, unit
+from fabgeo.surfaces.base import SurfacePoints
+from fabgeo.surfaces.mesh import Mesh
+
+NEIGHBOURS = 24  # at most, for one vertex's patch
+CANDIDATES = 8  # triangles looked at for one closest point
+CHUNK = 20000
+
+
+@dataclass(frozen=True, eq=False)
+class VertexPatches:
+    """Paraboloids x = v + s e1 + t e2 + h n, h = (a s^2 + 2 b s t + c t^2) / 2 + d s + e t.
+
+    Attributes
+    ----------
+    frame : (n, 3, 3) array
+        Rows e1, e2, n of every vertex.
+    form : (n, 5) array
+        a, b, c, d, e.
+    """
+
+    frame: Array
+    form: Array
+
+
+def vertex_patches(mesh: Mesh) -> VertexPatches:
+    """The patches of all vertices: a weighted fit to the two-ring, seen along the mean normal."""
+    near = _rings(mesh)
+    normal = _vertex_normals(mesh)
+    frame = np.empty((len(normal), 3, 3))
+    form = np.empty((len(normal), 5))
+    for _ in range(2):  # the second time along the fitted normal
+        helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+        e1 = unit(np.cross(helper, normal))
+        frame = np.stack([e1, np.cross(normal, e1), normal], axis=1)
+        form = _fit(mesh.vertices, near, frame)
+        slope = np.stack([-form[:, 3], -form[:, 4], np.ones(len(form))], axis=1)
+        normal = unit(np.einsum("nk,nkd->nd", slope, frame))
+    return VertexPatches(frame, form)
+
+
+def _vertex_normals(mesh: Mesh) -> Array:
+    p, t = mesh.vertices, mesh.triangulated
+    face = np.cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]])
+    normal = np.zeros_like(p)
+    for k in range(3):
+        np.add.at(normal, t[:, k], face)
+    return unit(normal)
+
+
+def _rings(mesh: Mesh) -> IntArray:
+    """Nearest of the one- to three-ring of every vertex, (n, NEIGHBOURS), padded with itself."""
+    n = len(mesh.vertices)
+    f = mesh.faces
+    a = np.concatenate([np.array(face) for face in f])
+    b = np.concatenate([np.roll(np.array(face), -1) for face in f])
+    ones = np.ones(2 * len(a), dtype=bool)
+    pairs = np.concatenate([a, b]), np.concatenate([b, a])
+    one = coo_matrix((ones, pairs), shape=(n, n)).tocsr()
+    two = (one + one @ one).tocsr()
+    few = np.diff(two.indptr) < 12
+    reach = (two + two @ one).tocsr() if few.any() else two
+    near = np.repeat(np.arange(n)[:, None], NEIGHBOURS, axis=1)
+    for i in range(n):
+        rings = reach if few[i] else two
+        ring = rings.indices[rings.indptr[i] : rings.indptr[i + 1]]
+        ring = ring[ring != i]
+        if len(ring) > NEIGHBOURS:
+            distance = np.linalg.norm(mesh.vertices[ring] - mesh.vertices[i], axis=1)
+            ring = ring[np.argpartition(distance, NEIGHBOURS)[:NEIGHBOURS]]
+        near[i, : len(ring)] = ring
+    return near
+
+
+def _fit(vertices: Array, near: IntArray, frame: Array) -> Array:
+    """Quadratic height forms (n, 5) through every vertex and near its neighbours."""
+    local = np.einsum("nkd,njd->nkj", vertices[near] - vertices[:, None], frame)
+    square = dot(local, local)
+    reach = np.sqrt(square.max(axis=1, initial=0.0))[:, None]
+    s, t, h = (local / reach[..., None]).transpose(2, 0, 1)
+    weight = np.where(square > 0.0, np.exp(-2.0 * square / reach**2), 0.0)
+    terms = np.stack([s * s / 2.0, s * t, t * t / 2.0, s, t], axis=-1)
+    left = np.einsum("nka,nk,nkb->nab", terms, weight, terms)
+    right = np.einsum("nka,nk,nk->na", terms, weight, h)
+    left += 1e-9 * np.trace(left, axis1=1, axis2=2)[:, None, None] * np.eye(5)
+    form = np.linalg.solve(left, right[..., None])[..., 0]
+    form[:, :3] /= reach
+    return form
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Places on the triangles: which one (k,) and barycentric coordinates (k, 3)."""
+
+    triangle: IntArray
+    weight: Array
+
+
+class MeshSurface:
+    """A smooth design surface over a mesh (protocol `DesignSurface`).
+
+    Parameters
+    ----------
+    mesh : Mesh
+        In millimetres.
+    name : str
+        For messages.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    grid : None
+        An irregular mesh has no grid (a regular one makes a `GridSurface`).
+    """
+
+    grid = None
+
+    def __init__(self, mesh: Mesh, name: str = "mesh") -> None:
+        self.mesh = mesh
+        self._name = name
+        self.triangles = mesh.triangulated
+        self.patches = vertex_patches(mesh)
+        self.size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+        self._border = _border_sides(self.triangles, mesh)
+        self._samples, self._owner = _samples(mesh.vertices, self.triangles)
+        self._tree = KDTree(self._samples)
+        self._sign = 1.0
+        self._sign = self._turn()
+
+    def __getstate__(self) -> dict[str, object]:
+        return {k: v for k, v in self.__dict__.items() if k != "_tree"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        self._tree = KDTree(self._samples)
+
+    @property
+    def name(self) -> str:
+        """How messages call it."""
+        return self._name
+
+    @cached_property
+    def bounds(self) -> Array:
+        """Bounding box (2, 3) of the vertices."""
+        return np.stack([self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)])
+
+    @cached_property
+    def loops(self) -> tuple[Array, ...]:
+        """Boundary loops with three points more on every edge, curved as the surface is."""
+        t = np.arange(4)[:, None] / 4.0
+        loops = []
+        for loop in self.mesh.loops:
+            p = self.mesh.vertices[loop]
+            dense = (p[:, None] + t * (np.roll(p, -1, axis=0) - p)[:, None]).reshape(-1, 3)
+            place, _ = self._nearest(dense)
+            loops.append(self._blend(place)[0])
+        return tuple(loops)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Hash of the content: equal for equal surfaces."""
+        digest = hashlib.sha256(np.ascontiguousarray(self.mesh.vertices).tobytes())
+        digest.update(np.ascontiguousarray(self.triangles).tobytes())
+        return digest.hexdigest()
+
+    def sample(self, count: int) -> SurfacePoints:
+        """About `count` points spread evenly by area."""
+        p, t = self.mesh.vertices, self.triangles
+        area = np.linalg.norm(np.cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]]), axis=1)
+        bound = np.cumsum(area) / area.sum()
+        k = np.arange(1, max(count, 1) + 1)
+        which = np.minimum(np.searchsorted(bound, (k - 0.5) / len(k)), len(t) - 1)
+        a, b = np.mod(0.5 + k[:, None] * np.array([0.7548776662466927, 0.5698402909980532]), 1.0).T
+        over = a + b > 1.0
+        a, b = np.where(over, 1.0 - a, a), np.where(over, 1.0 - b, b)
+        place = _Place(which, np.stack([1.0 - a - b, a, b], axis=1))
+        return SurfacePoints(*self._blend(place), np.zeros(len(k), dtype=bool))
+
+    def closest(self, points: Array) -> SurfacePoints:
+        """Closest points of `points` (k, 3) with normal, shape tensor and boundary flag."""
+        x = checked("points", points, (None, 3))
+        parts = [self._closest(x[i : i + CHUNK]) for i in range(0, max(len(x), 1), CHUNK)]
+        if len(parts) == 1:
+            return parts[0]
+        columns = zip(*((p.point, p.normal, p.shape, p.on_boundary) for p in parts), strict=True)
+        return SurfacePoints(*(np.concatenate(c) for c in columns))
+
+    def _closest(self, x: Array, steps: int = 12) -> SurfacePoints:
+        """Walk over the triangles until what is left of x - y points along the normal."""
+        place, foot = self._nearest(x)
+        point, normal, shape = self._blend(place)
+        todo = np.arange(len(x))
+        for _ in range(steps):
+            move = _tangent_step(x[todo] - point[todo], normal[todo], shape[todo])
+            new, at = self._nearest(foot[todo] + move)
+            going = np.linalg.norm(at - foot[todo], axis=1) > 1e-8 * self.size
+            if not going.any():
+                break
+            rows = todo[going]
+            place.triangle[rows], place.weight[rows] = new.triangle[going], new.weight[going]
+            foot[rows] = at[going]
+            fresh = self._blend(_Place(new.triangle[going], new.weight[going]))
+            point[rows], normal[rows], shape[rows] = fresh
+            todo = rows
+        return SurfacePoints(point, normal, shape, self._on_border(place))
+
+    def _nearest(self, x: Array) -> tuple[_Place, Array]:
+        """Closest places on the flat triangles, and their points."""
+        _, near = self._tree.query(x, k=min(CANDIDATES, len(self._samples)))
+        candidates = self._owner[near.reshape(len(x), -1)]
+        corners = self.mesh.vertices[self.triangles[candidates]]
+        weight = _barycentric(x[:, None], corners)
+        at = np.einsum("kca,kcad->kcd", weight, corners)
+        pick = np.argmin(((at - x[:, None]) ** 2).sum(axis=-1), axis=1)
+        rows = np.arange(len(x))
+        return _Place(candidates[rows, pick], weight[rows, pick]), at[rows, pick]
+
+    def _blend(self, place: _Place) -> tuple[Array, Array, Array]:
+        """Points, normals and shape tensors of the smooth surface."""
+        corner = self.triangles[place.triangle]
+        vertex, frame = self.mesh.vertices[corner], self.patches.frame[corner]
+        flat = np.einsum("ka,kad->kd", place.weight, vertex)
+        local = np.einsum("kad,kajd->kaj", flat[:, None] - vertex, frame)
+        a, b, c, d, e = np.moveaxis(self.patches.form[corner], -1, 0)
+        s, t = local[..., 0], local[..., 1]
+        hs, ht = a * s + b * t + d, b * s + c * t + e
+        h = (a * s * s + 2.0 * b * s * t + c * t * t) / 2.0 + d * s + e * t
+        each = vertex + np.einsum("kaj,kajd->kad", np.stack([s, t, h], axis=-1), frame)
+        weight = place.weight**2
+        weight = weight / weight.sum(axis=1, keepdims=True)
+        point = np.einsum("ka,kad->kd", weight, each)
+        up = np.stack([-hs, -ht, np.ones_like(hs)], axis=-1)
+        up /= np.linalg.norm(up, axis=-1, keepdims=True)
+        normal = unit(np.einsum("ka,kaj,kajd->kd", weight, up, frame)) * self._sign
+        # The height's Hessian over the slope's length, carried to tangents, is the shape tensor.
+        hessian = np.zeros((*h.shape, 3, 3))
+        hessian[..., 0, 0], hessian[..., 1, 1] = a, c
+        hessian[..., 0, 1] = hessian[..., 1, 0] = b
+        hessian *= up[..., 2, None, None]
+        bent = np.einsum("ka,kaij,kaid,kajf->kdf", weight, hessian, frame, frame) * self._sign
+        tangent = np.eye(3) - normal[:, :, None] * normal[:, None]
+        return point, normal, np.einsum("kab,kbc,kcd->kad", tangent, bent, tangent)
+
+    def _on_border(self, place: _Place) -> BoolArray:
+        return ((place.weight < 1e-9) & self._border[place.triangle]).any(axis=1)
+
+    def _turn(self) -> float:
+        """+1 or -1: so that normals point up in the mean, or outwards where that says nothing."""
+        at = self.sample(1000)
+        up = float(at.normal[:, 2].mean())
+        out = float(dot(at.normal, unit(at.point - at.point.mean(axis=0))).mean())
+        return float(np.sign(up if abs(up) > 0.1 else out) or 1.0)
+
+
+def _tangent_step(r: Array, normal: Array, shape: Array) -> Array:
+    """Newton step in the tangent plane: (1 - h S) step = r - h n, h = r . n."""
+    h = dot(r, normal)
+    tangent = r - h[:, None] * normal
+    # Beyond the centre of curvature the step would turn round: stay at half the way there.
+    bend = np.linalg.norm(shape, axis=(1, 2))
+    h = np.clip(h, -1e30, None) * np.minimum(1.0, 0.7 / np.maximum(np.abs(h) * bend, 1e-300))
+    return np.linalg.solve(np.eye(3) - h[:, None, None] * shape, tangent[..., None])[..., 0]
+
+
+def _border_sides(triangles: IntArray, mesh: Mesh) -> BoolArray:
+    """(t, 3): whether the side opposite to a corner is on the boundary."""
+    edges = {(int(a), int(b)) for x in mesh.loops for a, b in zip(x, np.roll(x, -1), strict=True)}
+    edges |= {(b, a) for a, b in edges}
+    rows = triangles.tolist()
+    return np.array([[(t[(k + 1) % 3], t[(k + 2) % 3]) in edges for k in range(3)] for t in rows])
+
+
+def _samples(vertices: Array, triangles: IntArray) -> tuple[Array, IntArray]:
+    """Points on the triangles so dense that the nearest ones tell which triangles are near."""
+    p = vertices[triangles]
+    longest = np.linalg.norm(p - np.roll(p, 1, axis=1), axis=-1).max(axis=1)
+    parts = np.clip(np.ceil(longest / np.median(longest)), 1, 12).astype(np.int64)
+    points, owner = [], []
+    for n in np.unique(parts):
+        rows = np.flatnonzero(parts == n)
+        i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+        inside = i + j < n
+        a, b = (i[inside] + 1 / 3) / n, (j[inside] + 1 / 3) / n
+        weight = np.stack([1.0 - a - b, a, b], axis=1)
+        points.append(np.einsum("ca,tad->tcd", weight, p[rows]).reshape(-1, 3))
+        owner.append(np.repeat(rows, len(a)))
+    return np.concatenate(points), np.concatenate(owner)
+
+
+def _barycentric(x: Array, corners: Array) -> Array:
+    """Barycentric coordinates (..., 3) of the closest points of triangles (..., 3, 3).
+
+    Source: Ericson, Real-Time Collision Detection, section 5.1.5 (all regions at once: the
+    projection if it lies inside, else the best of the three sides).
+    """
+    a, b, c = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
+    ab, ac, ax = b - a, c - a, x - a
+    aa, bb, cc = dot(ab, ab), dot(ab, ac), dot(ac, ac)
+    p, q = dot(ab, ax), dot(ac, ax)
+    det = np.maximum(aa * cc - bb * bb, 1e-300)
+    v, w = (cc * p - bb * q) / det, (aa * q - bb * p) / det
+    best = np.stack([1.0 - v - w, v, w], axis=-1)
+    outside = (best < 0.0).any(axis=-1)
+    shortest = np.where(outside, np.inf, -1.0)
+    for k in range(3):
+        start, end = corners[..., k, :], corners[..., (k + 1) % 3, :]
+        along = end - start
+        t = np.clip(dot(x - start, along) / np.maximum(dot(along, along), 1e-300), 0.0, 1.0)
+        distance = ((start + t[..., None] * along - x) ** 2).sum(axis=-1)
+        side = np.zeros_like(best)
+        side[..., k], side[..., (k + 1) % 3] = 1.0 - t, t
+        nearer = distance < shortest
+        best = np.where(nearer[..., None], side, best)
+        shortest = np.minimum(shortest, np.where(nearer, distance, shortest))
+    return best
