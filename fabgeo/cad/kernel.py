@@ -12,11 +12,13 @@ OCP
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from OCP.BinTools import BinTools
-from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt, gp_Trsf
+from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt, gp_Pnt2d, gp_Trsf
 from OCP.Message import Message, Message_Gravity
 from OCP.TColgp import TColgp_Array1OfPnt, TColgp_Array1OfPnt2d, TColgp_Array2OfPnt
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
@@ -55,8 +57,6 @@ def points(xyz: Array) -> TColgp_Array1OfPnt:
 
 def points_2d(xy: Array) -> TColgp_Array1OfPnt2d:
     """Kernel array of (k, 2) points of a parameter plane."""
-    from OCP.gp import gp_Pnt2d
-
     array = TColgp_Array1OfPnt2d(1, len(xy))
     for k, (x, y) in enumerate(np.asarray(xy).tolist(), 1):
         array.SetValue(k, gp_Pnt2d(x, y))
@@ -74,7 +74,13 @@ def point_grid(rows: list[list[list[float]]]) -> TColgp_Array2OfPnt:
 
 def knot_arrays(knots: Array) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger]:
     """Distinct knots and their multiplicities."""
-    values, counts = np.unique(np.asarray(knots), return_counts=True)
+    return _knot_arrays(np.ascontiguousarray(knots, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=256)
+def _knot_arrays(data: bytes) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger]:
+    """The kernel copies what it is given, so equal knot vectors can share their arrays."""
+    values, counts = np.unique(np.frombuffer(data), return_counts=True)
     reals = TColStd_Array1OfReal(1, len(values))
     integers = TColStd_Array1OfInteger(1, len(values))
     for k, (value, count) in enumerate(zip(values.tolist(), counts.tolist(), strict=True), 1):
@@ -157,8 +163,6 @@ def be_quiet() -> None:
 
 def to_bytes(shape: TopoDS_Shape) -> bytes:
     """Binary BREP of a shape: the way between processes."""
-    import io
-
     stream = io.BytesIO()
     BinTools.Write_s(shape, stream)
     return stream.getvalue()
@@ -166,8 +170,6 @@ def to_bytes(shape: TopoDS_Shape) -> bytes:
 
 def from_bytes(data: bytes) -> TopoDS_Shape:
     """The shape of `to_bytes`."""
-    import io
-
     shape = TopoDS_Shape()
     BinTools.Read_s(shape, io.BytesIO(data))
     return shape

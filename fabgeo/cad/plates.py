@@ -16,16 +16,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as MakeWire
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
-from OCP.gp import gp_Vec
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
 from OCP.TopoDS import TopoDS_Shape, TopoDS_Solid
-from OCP.TopTools import TopTools_ListOfShape
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import unit
 from fabgeo.cad import kernel
 from fabgeo.cad.measure import is_closed, is_valid, max_tolerance, volume
+from fabgeo.cad.primitives import rounded_bar, shape_list
 from fabgeo.cad.solids import prism_solid
 from fabgeo.errors import PartError
 from fabgeo.structures.parts import Hole, Plate
@@ -80,8 +77,8 @@ def drill(
         return solid
     before, _ = volume(solid)
     cut = BRepAlgoAPI_Cut()
-    cut.SetArguments(_shapes([solid]))
-    cut.SetTools(_shapes([_cutter(hole, thickness) for hole in holes]))
+    cut.SetArguments(shape_list([solid]))
+    cut.SetTools(shape_list([_cutter(hole, thickness) for hole in holes]))
     cut.SetRunParallel(False)
     cut.Build()
     found = kernel.solids(cut.Shape()) if cut.IsDone() else []
@@ -118,13 +115,6 @@ def _refuse_missed(mark: str, holes: Sequence[Hole], thickness: float, removed: 
         )
 
 
-def _shapes(shapes: Sequence[TopoDS_Shape]) -> TopTools_ListOfShape:
-    out = TopTools_ListOfShape()
-    for shape in shapes:
-        out.Append(shape)
-    return out
-
-
 def _cutter(hole: Hole, thickness: float) -> TopoDS_Shape:
     """A cylinder or a rounded bar through the plate, on the hole's axis."""
     axis = unit(hole.axis)
@@ -139,30 +129,3 @@ def _cutter(hole: Hole, thickness: float) -> TopoDS_Shape:
         frame = kernel.axes(bottom, axis, along).Ax2()
         return BRepPrimAPI_MakeCylinder(frame, hole.diameter / 2.0, 2.0 * reach).Shape()
     return rounded_bar(bottom, axis, along, hole.diameter, hole.slot, 2.0 * reach)
-
-
-def rounded_bar(
-    origin: Array, axis: Array, along: Array, width: float, slot: float, height: float
-) -> TopoDS_Shape:
-    """A bar of stadium section: two half cylinders, `slot` apart, and the box between them."""
-    from OCP.GC import GC_MakeArcOfCircle
-
-    across = np.cross(axis, along)
-    half, radius = slot / 2.0, width / 2.0
-    corners = [
-        origin + s * half * along + t * radius * across
-        for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    ]
-    wire = MakeWire()
-    for k, sign in ((0, 1.0), (2, -1.0)):
-        a, b, c = corners[k], corners[k + 1], corners[(k + 2) % 4]
-        tip = origin + sign * (half + radius) * along
-        wire.Add(BRepBuilderAPI_MakeEdge(kernel.point(a), kernel.point(b)).Edge())
-        arc = GC_MakeArcOfCircle(kernel.point(b), kernel.point(tip), kernel.point(c)).Value()
-        wire.Add(BRepBuilderAPI_MakeEdge(arc).Edge())
-    face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
-    x, y, z = (height * axis).tolist()
-    return BRepPrimAPI_MakePrism(face, gp_Vec(x, y, z)).Shape()
-
-
-__all__ = ["MAX_TOLERANCE", "drill", "plate_solid", "rounded_bar"]
