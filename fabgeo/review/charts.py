@@ -86,7 +86,7 @@ def histograms(record: ReviewRecord) -> list[tuple[str, str]]:
     """Title and SVG of one histogram a limit that any part has a figure for."""
     result = []
     for limit in record.limits:
-        own = [(f[limit.key], mark) for mark, f in record.figures.items()]
+        own = [(f.get(limit.key), mark) for mark, f in record.figures.items()]
         known = [(float(v), mark) for v, mark in own if v is not None and math.isfinite(v)]
         if known:
             result.append((limit.label or limit.key, _histogram(limit, known)))
