@@ -1,0 +1,116 @@
+"""The whole way from a project to a hand-over package: the only place where rooms are wired.
+
+    surface -> start -> fit -> panels, cells, beams -> flat parts -> nests -> solids -> files
+
+`design` makes the geometry, `build` also writes the package.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from fabgeo.build.geometry import Design, layers_of, panels_of, patches_of, structure_of
+from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
+from fabgeo.build.folder import open_folder
+from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.package import Package, write_package
+from fabgeo.build.progress import Clock, Listener
+from fabgeo.build.solids import solids_of
+from fabgeo.build.surface import surface_of
+from fabgeo.project import Project, read_project
+
+__all__ = ["Design", "Package", "build", "design"]
+
+
+def design(
+    project: Project | Path | str,
+    *,
+    base: Path | None = None,
+    jobs: int = 1,
+    listener: Listener | None = None,
+    clock: Clock | None = None,
+) -> Design:
+    """All geometry of a project, nothing written.
+
+    Parameters
+    ----------
+    project : Project or path
+        A project, or the path of its file.
+    base : Path, optional
+        Folder that the project's paths are relative to; by default the project file's own, or
+        the current one.
+    jobs : int
+        Processes for work that is independent per part.
+    listener : callable, optional
+        Hears a `fabgeo.build.progress.Progress` at every step.
+
+    Raises
+    ------
+    InputError, GeometryError
+        Naming the file, the setting or the part, and the cure.
+    """
+    if not isinstance(project, Project):
+        base = base or Path(project).parent
+        project = read_project(project)
+    base = base or Path()
+    clock = clock or Clock(listener)
+    with clock.stage("surface"):
+        surface = surface_of(project, base)
+    with clock.stage("start"):
+        initial = start_of(project, surface, base)
+    with clock.stage("fit"):
+        fitted = fit_of(project, surface, initial.model, clock)
+        model = outwards(fitted.model)
+    with clock.stage("panels"):
+        patches = patches_of(project, model)
+        panels, choices = panels_of(project, model, patches)
+        layers = layers_of(project, model, patches)
+    made = Design(project, surface, initial, fitted, model, patches, panels, choices, layers)
+    if project.cells or project.beams:
+        with clock.stage("structure"):
+            made = replace(made, **structure_of(project, model, patches))
+    return made
+
+
+def build(
+    project: Project | Path | str,
+    out: Path | str,
+    *,
+    base: Path | None = None,
+    jobs: int = 1,
+    fresh: bool = False,
+    listener: Listener | None = None,
+) -> Package:
+    """Build the hand-over package of a project into a folder.
+
+    Parameters
+    ----------
+    project, base, jobs, listener
+        As in `design`.
+    out : path
+        The output folder; a package there is replaced once the new one is complete.
+    fresh : bool
+        Ignore what an earlier build left to use again.
+
+    Returns
+    -------
+    Package
+
+    Raises
+    ------
+    InputError, GeometryError
+        For bad input; nothing is written then.
+    """
+    clock = Clock(listener)
+    made = design(project, base=base, jobs=jobs, clock=clock)
+    with clock.stage("unfold", len(made.plates)):
+        flats = flats_of(made.project, made.plates, jobs, clock)
+        refuse_oversize(made.project, made.plates, flats)
+    with open_folder(out) as folder:
+        with clock.stage("nest"):
+            nests = nests_of(made.project, made.plates, flats, clock)
+        parts = (*made.plates, *made.cells)
+        with clock.stage("solids", len(parts)):
+            built = solids_of(parts, jobs, clock)
+        return write_package(folder, made, flats, nests, built, clock, jobs)

@@ -1,0 +1,208 @@
+"""Numbers that are measured: of the whole package and of every part, by code the fit does not use.
+
+Glossary
+--------
+figure
+    A measured number by name, as in checks/review.json (handover.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import Array, dot
+from fabgeo.build.geometry import Design
+from fabgeo.build.solids import Built
+from fabgeo.panels.flat import FlatPart
+from fabgeo.project import Project
+from fabgeo.review.record import Limit
+from fabgeo.sheets.stock import Nest
+from fabgeo.strips.measures import Measures, measure
+from fabgeo.structures.parts import Plate
+from fabgeo.structures.prisms import ruled_normals
+
+type Figures = dict[str, dict[str, float | None]]
+
+CERTIFIED = ("edge_length_error_mm", "area_error_rel", "refold_error_mm")
+
+
+def model_figures(design: Design) -> tuple[dict[str, float | None], Measures]:
+    """Figures of the fitted model against the design surface, and all its measures."""
+    found = measure(design.model, design.surface)
+    out: dict[str, float | None] = {
+        "deviation_max_mm": found.deviation_max.value if found.deviation_max else None,
+        "deviation_rms_mm": found.deviation_rms,
+        "deviation_over_sag_limit": found.deviation_over_sag_limit,
+        "twist_max_deg": found.twist_deg.value,
+        "kink_max_deg": found.kink_across_deg.value if found.kink_across_deg else None,
+        "conical_residual": (
+            found.conicality.value if design.model.kind == "conical" and found.conicality else None
+        ),
+    }
+    if design.pair is not None:
+        errors = design.pair.errors
+        known = [e for e in (errors.ruling, errors.plane, errors.vertex) if np.isfinite(e)]
+        out["offset_distance_error_mm"] = max(known)
+    return out, found
+
+
+def panel_deviations(design: Design) -> tuple[Array, Array]:
+    """Signed deviations (P, k) of the made panels from the design surface, and their places.
+
+    Measured at 9 x 5 points a panel, along the surface's normals; a panel that lies at an offset
+    is compared with the surface at that offset. Places are (P, k, 3).
+    """
+    height = design.project.panels.offset if design.project.panels else 0.0
+    places, normals = [], []
+    for plate in design.panels:
+        u = np.linspace(plate.mid.u0, plate.mid.u1, 9)
+        a, b = plate.mid.edges(u)
+        v = np.linspace(0.0, 1.0, 5)[:, None, None]
+        places.append(((1.0 - v) * a + v * b).reshape(-1, 3))
+        normals.append(np.tile(ruled_normals(plate.mid, u), (5, 1)))
+    points, m = np.array(places), np.array(normals)
+    found = design.surface.closest(points.reshape(-1, 3))
+    sign = np.where(dot(found.normal, m.reshape(-1, 3)) >= 0.0, 1.0, -1.0)
+    signed = sign * dot(points.reshape(-1, 3) - found.point, found.normal)
+    return signed.reshape(len(points), -1) - height, points
+
+
+def twist_of(plate: Plate) -> float:
+    """Largest angle in degrees between a plate's normals at both ends of a ruling."""
+    u = plate.mid.parameters(4)
+    a, b = plate.mid.edges(u)
+    da, db = plate.mid.edges(u, 1)
+    m0, m1 = (np.cross(d, b - a) for d in (da, db))
+    sine = np.linalg.norm(np.cross(m0, m1), axis=-1)
+    return float(np.degrees(np.arctan2(sine, dot(m0, m1)).max()))
+
+
+def part_figures(
+    design: Design,
+    flats: Mapping[str, FlatPart],
+    built: Mapping[str, Built],
+    deviations: Array | None,
+) -> Figures:
+    """Figures of every part by mark."""
+    out: Figures = {}
+    for plate in design.plates:
+        figures: dict[str, float | None] = {"twist_max_deg": twist_of(plate)}
+        flat = flats.get(plate.mark)
+        if flat is not None:
+            figures |= {key: flat.certificate.get(key) for key in CERTIFIED}
+        out[plate.mark] = figures
+    for mark, choice in design.choices.items():
+        out[mark] |= {
+            "fit_deviation_mm": choice.bound_mm,
+            "gap_max_mm": choice.gap_mm,
+            "kink_added_deg": choice.kink_added_deg,
+            "kink_own_deg": choice.kink_own_deg,
+        }
+    if deviations is not None:
+        for plate, row in zip(design.panels, deviations, strict=True):
+            out[plate.mark]["surface_deviation_mm"] = float(np.abs(row).max())
+    for cell in design.cells:
+        out[cell.mark] = {}
+    for mark, solid in built.items():
+        sound = solid.report is not None and solid.report.sound
+        out[mark] |= {"invalid_solids": 0.0 if sound else 1.0}
+        if solid.volume_error is not None:
+            out[mark]["volume_error_rel"] = solid.volume_error
+    return out
+
+
+def summary_of(
+    design: Design,
+    model: Mapping[str, float | None],
+    parts: Figures,
+    flats: Mapping[str, FlatPart],
+    built: Mapping[str, Built],
+    nests: list[Nest],
+) -> dict[str, float | None]:
+    """The package's figures: the worst over all parts (handover.md)."""
+    out: dict[str, float | None] = dict(model)
+    for key in ("gap_max_mm", "volume_error_rel", *CERTIFIED):
+        values = [v for f in parts.values() if (v := f.get(key)) is not None]
+        out[key] = max(values) if values else None
+    out["kink_added_deg"] = max((c.kink_added_deg for c in design.choices.values()), default=None)
+    out["shared_edge_error_mm"] = shared_edge_error(design, flats)
+    out["solids"] = sum(1 for b in built.values() if b.data)
+    out["invalid_solids"] = sum(1 for b in built.values() if not (b.report and b.report.sound))
+    if nests:
+        area = sum(s.stock.length * s.stock.width for n in nests for s in n.sheets)
+        used = sum(flats[p.mark].area for n in nests for s in n.sheets for p in s.placements)
+        out["utilisation"] = used / area if area else 0.0
+        out["unplaced_parts"] = sum(len(n.unplaced) for n in nests)
+    return out
+
+
+def shared_edge_error(design: Design, flats: Mapping[str, FlatPart]) -> float | None:
+    """Largest difference between the lengths of an edge on both flat parts that share it, in mm.
+
+    Panels with joints share no edge; the difference is then taken of their own edges against the
+    common edge less what the joint takes, so only joints of width 0 are compared here.
+    """
+    if design.project.panels is None or design.project.panels.joint > 0.0:
+        return None
+    pairs = {("first", "second"), ("start", "end")}
+    worst: float | None = None
+    for part in flats.values():
+        for edge in part.outline:
+            other = flats.get(edge.shared)
+            if other is None:
+                continue
+            for back in other.outline:
+                named = (edge.name, back.name) in pairs or (back.name, edge.name) in pairs
+                if back.shared == part.mark and named:
+                    worst = max(worst or 0.0, abs(edge.length - back.length))
+    return worst
+
+
+def limits_of(project: Project) -> tuple[Limit, ...]:
+    """The project's limits as the review judges by them."""
+    given = project.limits
+    own, default = "project file", "default of the hand-over contract"
+
+    def limit(key: str, good: float | None, warn: float | None, label: str, field: str) -> Limit:
+        return Limit(key, good, warn, label, own if field in given.model_fields_set else default)
+
+    asked: list[tuple[str, Any, float | None, str, str]] = [
+        (
+            "surface_deviation_mm",
+            given.deviation_max_mm,
+            None,
+            "Deviation from the design surface",
+            "deviation_max_mm",
+        ),
+        (
+            "kink_added_deg",
+            given.kink_added_good_deg,
+            given.kink_added_warn_deg,
+            "Kink that replacement adds",
+            "kink_added_good_deg",
+        ),
+    ]
+    plain = {
+        "deviation_max_mm": "Deviation of the fitted model",
+        "deviation_over_sag_limit": "Deviation over the sag limit kappa L^2 / 16",
+        "twist_max_deg": "Twist along a ruling",
+        "gap_max_mm": "Gap between neighbouring panels as made",
+        "conical_residual": "Conical residual",
+        "offset_distance_error_mm": "Error of the offset's distance",
+        "volume_error_rel": "STEP volume against formula",
+        "edge_length_error_mm": "Unfolding: edge lengths",
+        "shared_edge_error_mm": "Unfolding: shared edges",
+        "area_error_rel": "Unfolding: area",
+        "refold_error_mm": "Unfolding: refolded part",
+    }
+    asked += [(key, getattr(given, key), None, label, key) for key, label in plain.items()]
+    out = [limit(*row) for row in asked]
+    for key, label in (
+        ("invalid_solids", "Invalid solids"),
+        ("unplaced_parts", "Parts not nested"),
+    ):
+        out.append(Limit(key, 0.0, None, label, "always"))
+    return tuple(out)

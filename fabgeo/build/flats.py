@@ -1,0 +1,127 @@
+"""The fourth stage: every plate unrolled with its certificate, and nested on stock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from joblib import Parallel, delayed
+
+from fabgeo.build.progress import Clock
+from fabgeo.errors import InputError
+from fabgeo.panels.flat import FlatPart
+from fabgeo.panels.unfold import unfold
+from fabgeo.project import Project
+from fabgeo.sheets.nest import nest
+from fabgeo.sheets.stock import Nest, Stock
+from fabgeo.structures.parts import Plate
+
+
+def flats_of(
+    project: Project, plates: Sequence[Plate], jobs: int = 1, clock: Clock | None = None
+) -> dict[str, FlatPart]:
+    """Flat parts by mark; plates lie with their outer side up."""
+    clock = clock or Clock()
+    grain = project.nesting.rotations if project.nesting else "steps"
+    kind = {"grain": "along"}.get(grain, grain)
+    work = (delayed(_unfolded)(plate, kind) for plate in plates)
+    made = Parallel(n_jobs=jobs, return_as="generator")(work)
+    return {part.mark: part for part in clock.each(made) if part is not None}
+
+
+def _unfolded(plate: Plate, grain: str) -> FlatPart:
+    return unfold(
+        plate.mid,
+        plate.mark,
+        plate.material,
+        plate.thickness,
+        holes=plate.holes,
+        shared=plate.shared,
+        grain=grain,
+    )
+
+
+def stocks_of(project: Project, plates: Sequence[Plate]) -> list[Stock]:
+    """Stock for every material and thickness in use.
+
+    Raises
+    ------
+    InputError
+        If there is none for one of them.
+    """
+    out = []
+    for material, thickness in sorted({(p.material, p.thickness) for p in plates}):
+        sheets = project.stock_for(material, thickness)
+        if not sheets:
+            raise InputError(
+                "[[stock]]",
+                f"holds no sheet of {material}, {thickness:g} mm",
+                "add one, or leave its thickness out to mean any",
+            )
+        for sheet in sheets:
+            name = sheet.name or f"{sheet.length:g}x{sheet.width:g}"
+            out.append(
+                Stock(
+                    name, material, thickness, sheet.length, sheet.width, sheet.quantity, sheet.cost
+                )
+            )
+    return out
+
+
+def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, FlatPart]) -> None:
+    """Refuse a part that is larger than every sheet of its stock, before anything is written.
+
+    Raises
+    ------
+    InputError
+        Naming the largest such part, its size, and the largest sheet.
+    """
+    asked = project.nesting
+    if asked is None:
+        return
+    stocks = stocks_of(project, plates)
+    for part in sorted(flats.values(), key=lambda part: -part.area):
+        own = [s for s in stocks if (s.material, s.thickness) == (part.material, part.thickness)]
+        points = [point for edge in part.outline for point in edge.points]
+        length = max(p[0] for p in points) - min(p[0] for p in points)
+        width = max(p[1] for p in points) - min(p[1] for p in points)
+        rooms = [(s.length - 2 * asked.margin, s.width - 2 * asked.margin) for s in own]
+        if not any(_holds(room, (length, width)) for room in rooms):
+            largest = max(own, key=lambda s: s.length * s.width)
+            raise InputError(
+                part.mark,
+                f"is {length:.0f} x {width:.0f} mm flat, larger than every sheet of "
+                f"{part.material} {part.thickness:g} mm (largest {largest.length:g} x "
+                f"{largest.width:g} mm, margin {asked.margin:g})",
+                "cut shorter or narrower panels, or add a larger [[stock]]",
+            )
+
+
+def _holds(room: tuple[float, float], part: tuple[float, float]) -> bool:
+    """Whether a rectangle fits into another, turned as it likes (Carver 1957)."""
+    a, b = max(room), min(room)
+    p, q = max(part), min(part)
+    if p <= a and q <= b:
+        return True
+    if p <= a or q > b or min(room) <= 0.0:
+        return False
+    return b * (p * p + q * q) >= 2 * p * q * a + (p * p - q * q) * math.sqrt(p * p + q * q - a * a)
+
+
+def nests_of(
+    project: Project, plates: Sequence[Plate], flats: dict[str, FlatPart], clock: Clock
+) -> list[Nest]:
+    """All flat parts nested; [] where the project does not ask."""
+    asked = project.nesting
+    if asked is None:
+        return []
+    return nest(
+        list(flats.values()),
+        stocks_of(project, plates),
+        spacing=asked.spacing,
+        margin=asked.margin,
+        seconds=asked.seconds,
+        seed=asked.seed,
+        steps=asked.steps,
+        listener=clock.tell,
+    )

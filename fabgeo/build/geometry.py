@@ -1,0 +1,225 @@
+"""The third stage: everything that a building is made of, as geometry in millimetres.
+
+Glossary
+--------
+gross panel
+    A panel up to the edge curves: what classes, gaps and kinks are measured on.
+net panel
+    The same with its joints taken off, on the shape that it is made as: what is cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.fitting.fit import FitResult
+from fabgeo.fitting.starts import Start
+from fabgeo.panels.classify import PanelChoice, classify
+from fabgeo.panels.forming import Sheet
+from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.made import as_made
+from fabgeo.panels.samples import PanelInput, Side
+from fabgeo.project import Project
+from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.offset import Offset, offset
+from fabgeo.structures import panels as layers
+from fabgeo.structures.beams import BeamRule, Section, beams
+from fabgeo.structures.cells import cells
+from fabgeo.structures.parts import Beam, Cell, Connector, Plate
+from fabgeo.structures.patches import CutRule, cut
+from fabgeo.structures.walls import walls
+from fabgeo.surfaces.base import DesignSurface
+
+
+@dataclass(frozen=True)
+class Design:
+    """All geometry of a project; what is not asked for is empty.
+
+    Attributes
+    ----------
+    project : Project
+    surface : DesignSurface
+    start : Start
+    fit : FitResult
+    model : StripModel
+        The fitted model, turned outwards.
+    patches : tuple of Patch
+    panels : tuple of Plate
+        Net panels, on the shapes that they are made as, in the order of `patches`.
+    choices : mapping of mark to PanelChoice
+    layers : tuple of Plate
+        Panels of further layers.
+    cells : tuple of Cell
+    walls : tuple of Plate
+    beams : tuple of Beam
+    connectors : tuple of Connector
+    pair : Offset or None
+        The offset pair that bounds the cells.
+    """
+
+    project: Project
+    surface: DesignSurface
+    start: Start
+    fit: FitResult
+    model: StripModel
+    patches: tuple[Patch, ...] = ()
+    panels: tuple[Plate, ...] = ()
+    choices: Mapping[str, PanelChoice] = field(default_factory=dict)
+    layers: tuple[Plate, ...] = ()
+    cells: tuple[Cell, ...] = ()
+    walls: tuple[Plate, ...] = ()
+    beams: tuple[Beam, ...] = ()
+    connectors: tuple[Connector, ...] = ()
+    pair: Offset | None = None
+
+    @property
+    def plates(self) -> tuple[Plate, ...]:
+        """Everything that is cut flat: panels, layers, walls, and the plates of beams."""
+        of_beams = tuple(plate for beam in self.beams for plate in beam.plates)
+        return self.panels + self.layers + self.walls + of_beams
+
+
+def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
+    """The strips cut into patches as [panels] asks for; one patch a strip without it."""
+    asked = project.panels
+    if asked is None:
+        return tuple(cut(model, CutRule(count=1)))
+    if asked.cuts is not None:
+        rule = CutRule(at=tuple(asked.cuts))
+    elif asked.count is not None:
+        rule = CutRule(count=asked.count)
+    elif asked.length is not None:
+        rule = CutRule(length=asked.length)
+    else:
+        rule = CutRule(box=project.limits.transport_mm)
+    return tuple(cut(model, rule))
+
+
+def panels_of(
+    project: Project, model: StripModel, patches: tuple[Patch, ...]
+) -> tuple[tuple[Plate, ...], dict[str, PanelChoice]]:
+    """Net panels on the shapes that they are made as, and why."""
+    asked = project.panels
+    if asked is None:
+        return (), {}
+    layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
+    gross = layers.panels(model, patches, layer)
+    net = layers.panels(model, patches, layer, layers.Joint(asked.joint, asked.joint))
+    inputs = [PanelInput(p.mark, p.mid, _sides(p.shared)) for p in gross]
+    tolerances = Tolerances(asked.tolerance, asked.angle, project.limits.gap_max_mm)
+    costs = Costs(**asked.costs)
+    if asked.choice == "joint":
+        from fabgeo.panels.choose import choose
+
+        choices = list(choose(inputs, tolerances, costs, sheet_of(project)).panels)
+    else:
+        choices = classify(inputs, tolerances, costs, sheet_of(project))
+    made = tuple(
+        plate if choice.shape is None else replace(plate, mid=as_made(plate.mid, choice.shape))
+        for plate, choice in zip(net, choices, strict=True)
+    )
+    return made, {choice.mark: choice for choice in choices}
+
+
+def _sides(shared: Mapping[str, str]) -> dict[Side, str | tuple[str, ...]]:
+    sides: tuple[Side, ...] = ("first", "second", "start", "end")
+    return {side: shared[side] for side in sides if side in shared}
+
+
+def sheet_of(project: Project) -> Sheet:
+    """What forming needs to know of the panels' material."""
+    if project.panels is None:
+        return Sheet()
+    material = project.material(project.panels.material)
+    return Sheet(
+        thickness=project.panels.thickness,
+        young=material.E,
+        strength=material.yield_stress,
+        rolls=material.rolls_radius,
+        glass=material.glass,
+    )
+
+
+def layers_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> tuple[Plate, ...]:
+    """Panels of the further layers, marks with the layer's name behind."""
+    if project.panels is None:
+        return ()
+    joint = layers.Joint(project.panels.joint, project.panels.joint)
+    return tuple(
+        plate
+        for asked in project.panels.layers
+        for plate in layers.panels(
+            model,
+            patches,
+            layers.Layer(asked.name, asked.distance, asked.thickness, asked.material),
+            joint,
+            suffix=f"-{asked.name.upper()}",
+        )
+    )
+
+
+def structure_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> dict[str, Any]:
+    """Cells, walls, beams and the offset pair, as far as asked for.
+
+    Raises
+    ------
+    GeometryError
+        If the model's kind admits none, or the offset folds.
+    """
+    out: dict[str, Any] = {}
+    if (project.cells or project.beams) and model.kind not in ("conical", "circular"):
+        raise GeometryError(
+            "[cells]" if project.cells else "[beams]",
+            f"need a conical or circular model, but strips.kind is {model.kind!r}: only these "
+            "have offsets with developable strips between",
+            'set strips.kind = "conical", or leave [cells] and [beams] out',
+        )
+    if project.cells:
+        pair = offset(model, project.cells.depth)
+        out["pair"] = pair
+        out["cells"] = tuple(cells(model, patches, project.cells.depth, pair=pair))
+        if project.cells.walls:
+            low, high = sorted((0.0, project.cells.depth))
+            out["walls"] = tuple(
+                walls(
+                    model,
+                    patches,
+                    (low, high),
+                    project.cells.wall_thickness,
+                    project.cells.material,
+                    clearance=project.beams.web / 2.0 if project.beams else 0.0,
+                )
+            )
+    if project.beams:
+        out["beams"] = tuple(_beams(project, model))
+    return out
+
+
+def _beams(project: Project, model: StripModel) -> list[Beam]:
+    asked = project.beams
+    if asked is None:
+        return []
+    if asked.edges and max(asked.edges) >= model.edges:
+        raise InputError(
+            "beams.edges", f"the model has edges 0 to {model.edges - 1}, found {max(asked.edges)}"
+        )
+    section = Section(
+        outer=-asked.standoff,
+        depth=asked.depth,
+        web=asked.web,
+        flange_outer=asked.flange,
+        flange_inner=0.0 if asked.section == "T" else asked.flange,
+        width_outer=asked.flange_width,
+        width_inner=asked.flange_width,
+        box=asked.flange_width / 2.0 if asked.section == "box" else 0.0,
+        material=asked.material,
+    )
+    rule = BeamRule(
+        at=None if asked.cuts is None else tuple(asked.cuts),
+        box=project.limits.transport_mm,
+        construction=asked.flanges,
+    )
+    return beams(model, section, rule, asked.edges)

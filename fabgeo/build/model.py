@@ -1,0 +1,72 @@
+"""The second stage: a strip model started on the surface, fitted to it and turned outwards."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import dot
+from fabgeo.build.progress import Clock
+from fabgeo.fitting.fit import FitResult, fit
+from fabgeo.fitting.options import FitOptions
+from fabgeo.fitting.starts import Start, start
+from fabgeo.project import Project
+from fabgeo.strips.frames import frames
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface
+
+
+def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
+    """The initial strip model that the project's [strips] asks for."""
+    asked = project.strips
+    seed: Any = asked.seed
+    if asked.start == "model":
+        seed = base / str(asked.model)
+    return start(
+        surface,
+        method=asked.start,
+        strips=asked.count,
+        segments=asked.segments,
+        direction=asked.direction,
+        seed=seed,
+    )
+
+
+def fit_of(
+    project: Project, surface: DesignSurface, initial: StripModel, clock: Clock | None = None
+) -> FitResult:
+    """The fitted model, its outer side on the side of t x e."""
+    clock = clock or Clock()
+    options = FitOptions(boundary=project.strips.boundary)
+
+    def listen(news: Any) -> None:
+        clock.tell(f"stage {news.stage}, {news.segments} segments, step {news.iteration}")
+
+    return fit(surface, initial, project.strips.kind, options, listen)
+
+
+def outwards(model: StripModel, flip: bool = False) -> StripModel:
+    """The same surface with normals t x e on the building's outer side.
+
+    Outside is up for a roof; for a model that stands upright it is away from its middle axis; the
+    edges are counted the other way round where the normals pointed inwards.
+
+    Parameters
+    ----------
+    flip : bool
+        Take the other side, where the building's outside is below or within.
+    """
+    f = frames(model, model.parameters(2))
+    first, second = model.pairs(f.p)
+    middle = (first + second) / 2.0
+    weight = f.length[..., None]
+    up = float(np.sum(f.m[..., 2:] * weight) / np.sum(weight))
+    if abs(up) < 0.2:  # walls: away from the vertical axis through the middle
+        away = middle - middle.reshape(-1, 3).mean(axis=0)
+        away[..., 2] = 0.0
+        up = float(np.sum(dot(f.m, away)[..., None] * weight))
+    if (up < 0.0) == flip:
+        return model
+    return model.with_control(model.control[::-1])

@@ -1,0 +1,213 @@
+"""The last stage: every file of the hand-over package, and what a script gets back."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import fabgeo
+from fabgeo.build.geometry import Design
+from fabgeo.build.folder import Folder
+from fabgeo.build.progress import Clock
+from fabgeo.build.record import record_of
+from fabgeo.build.solids import Built, tree_of
+from fabgeo.errors import InputError
+from fabgeo.fitting.store import save_model
+from fabgeo.panels.flat import FlatPart
+from fabgeo.project import Project
+from fabgeo.review.manifest import write_manifest
+from fabgeo.review.record import ReviewRecord
+from fabgeo.review.schedules import write_schedules
+from fabgeo.review.verdicts import verdict_of, write_review
+from fabgeo.sheets.dxf import DxfStyle, write_nests, write_parts
+from fabgeo.sheets.stock import Nest
+
+if TYPE_CHECKING:
+    import build123d
+    import cadquery
+
+LIBRARIES = ("numpy", "scipy", "build123d", "ezdxf", "packingsolver", "spyrrow")
+
+
+@dataclass(frozen=True)
+class Package:
+    """A written package.
+
+    Attributes
+    ----------
+    path : Path
+    design : Design
+    flats : mapping of mark to FlatPart
+    nests : list of Nest
+    built : mapping of mark to Built
+        Solids of panels, plates and cells.
+    review : dict
+        What checks/review.json holds.
+    record : ReviewRecord
+    """
+
+    path: Path
+    design: Design
+    flats: Mapping[str, FlatPart]
+    nests: list[Nest]
+    built: Mapping[str, Built]
+    review: Mapping[str, Any]
+    record: ReviewRecord
+
+    @property
+    def name(self) -> str:
+        """The project's name."""
+        return self.design.project.name
+
+    @property
+    def seconds(self) -> Mapping[str, float]:
+        """Wall-clock seconds by stage."""
+        return self.review["seconds"]
+
+    @property
+    def failures(self) -> list[str]:
+        """One line for every verdict that fails."""
+        lines = [
+            f"{mark}: {part['reason']}"
+            for mark, part in self.review["parts"].items()
+            if part["verdict"] == "fail"
+        ]
+        return lines + [
+            f"package: {key} is {found}, limit {bound}"
+            for key, found, bound, verdict in self.figures()
+            if verdict == "fail"
+        ]
+
+    @property
+    def passed(self) -> bool:
+        """Whether no verdict fails."""
+        return not self.failures
+
+    def figures(self) -> Iterator[tuple[str, str, str, str]]:
+        """Name, measured value, limit and verdict of every figure of the package, as text."""
+        limits = {limit.key: limit for limit in self.record.limits}
+        for key, value in self.review["summary"].items():
+            if value is None:
+                continue
+            limit = limits.get(key)
+            bound = "" if limit is None or limit.good is None else f"{limit.good:g}"
+            verdict = "" if limit is None else verdict_of(limit, value)
+            yield key, f"{value:.4g}", bound, verdict
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data for scripts."""
+        return {
+            "name": self.name,
+            "path": str(self.path),
+            "passed": self.passed,
+            "failures": self.failures,
+            **self.review,
+        }
+
+    def to_build123d(self) -> build123d.Compound:
+        """All parts as a build123d `Compound` with labels, colours and children."""
+        from fabgeo.cad.convert import to_build123d
+
+        return to_build123d(tree_of(self.design, dict(self.built)))
+
+    def to_cadquery(self) -> cadquery.Assembly:
+        """All parts as a CadQuery `Assembly` (extra ``cadquery``)."""
+        from fabgeo.cad.convert import to_cadquery
+
+        return to_cadquery(tree_of(self.design, dict(self.built)))
+
+
+def write_package(
+    folder: Folder,
+    design: Design,
+    flats: Mapping[str, FlatPart],
+    nests: list[Nest],
+    built: Mapping[str, Built],
+    clock: Clock,
+    jobs: int = 1,
+) -> Package:
+    """Write all files beside, then move them into place."""
+    project = design.project
+    staged = folder.staged
+    save_model(staged / "strips.json", design.model, history=design.fit.history)
+    with clock.stage("step"):
+        _write_models(folder, design, built)
+    if flats:
+        with clock.stage("dxf", len(flats)):
+            _write_flats(folder, project, flats, nests, jobs)
+    with clock.stage("measure"):
+        missing = not_asked(project)
+        record = record_of(design, flats, nests, built, clock.seconds, missing)
+    with clock.stage("review"):
+        write_schedules(staged, record)
+        _write_pages(folder, record, project)
+        review = write_review(folder.place("checks/review.json"), record)
+    write_manifest(
+        staged,
+        name=project.name,
+        project=project.model_dump(mode="json", exclude_none=True),
+        versions=versions(),
+        seconds=clock.seconds,
+        not_asked=missing,
+    )
+    folder.finish()
+    return Package(folder.path, design, flats, nests, built, review, record)
+
+
+def _write_models(folder: Folder, design: Design, built: Mapping[str, Built]) -> None:
+    from fabgeo.cad.glb import write_glb
+    from fabgeo.cad.step import write_step
+
+    tree = tree_of(design, dict(built))
+    if not tree.children:
+        return
+    holes = any(plate.holes for plate in design.plates)
+    write_step(folder.place("model/facade.step"), tree, curves_on_surfaces=holes)
+    write_glb(folder.place("model/facade.glb"), tree)
+
+
+def _write_flats(
+    folder: Folder,
+    project: Project,
+    flats: Mapping[str, FlatPart],
+    nests: list[Nest],
+    jobs: int,
+) -> None:
+    asked = project.cutting
+    style = DxfStyle(
+        version=asked.version, outline=asked.curves, tolerance=asked.tolerance, layers=asked.layers
+    )
+    drawn = write_parts(list(flats.values()), folder.staged / "cut" / "parts", style, jobs)
+    if nests:
+        write_nests(nests, drawn, folder.staged / "cut" / "nests", style)
+
+
+def _write_pages(folder: Folder, record: ReviewRecord, project: Project) -> None:
+    from fabgeo.review.page import write_page
+
+    write_page(folder.place("index.html"), record)
+    if project.drawings and record.panels:
+        from fabgeo.review.drawings import write_panel_drawings
+
+        write_panel_drawings(folder.place("drawings/panels.pdf"), record)
+
+
+def not_asked(project: Project) -> tuple[str, ...]:
+    """Stages that the project does not ask for."""
+    names = ("panels", "cells", "beams", "connectors", "nesting", "drawings")
+    return tuple(name for name in names if not getattr(project, name))
+
+
+def versions() -> dict[str, str]:
+    """Versions of fabgeo, Python and the libraries whose results are in the files."""
+    found = {"fabgeo": fabgeo.__version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError as error:
+            raise InputError(name, "is not installed", "install fabgeo again") from error
+    return found

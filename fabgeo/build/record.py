@@ -1,0 +1,143 @@
+"""The review record of a build: what people read, gathered from the parts and their figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+import fabgeo
+from fabgeo.arrays import Array
+from fabgeo.build.geometry import Design
+from fabgeo.build.figures import (
+    limits_of,
+    model_figures,
+    panel_deviations,
+    part_figures,
+    summary_of,
+)
+from fabgeo.build.rows import beam_rows, panel_rows, places_of, plate_rows
+from fabgeo.build.solids import Built
+from fabgeo.panels.flat import FlatPart
+from fabgeo.review.display import shown_plate, shown_prism
+from fabgeo.review.record import (
+    DeviationMap,
+    ReviewRecord,
+    SetoutPoint,
+    Shown,
+    ShownConnector,
+)
+from fabgeo.sheets.stock import Nest
+from fabgeo.structures.parts import Connector
+from fabgeo.structures.prisms import ruled_normals
+
+
+def record_of(
+    design: Design,
+    flats: Mapping[str, FlatPart],
+    nests: list[Nest],
+    built: Mapping[str, Built],
+    seconds: Mapping[str, float],
+    not_asked: tuple[str, ...],
+) -> ReviewRecord:
+    """Everything that the review shows and judges."""
+    model, _ = model_figures(design)
+    deviations, _ = panel_deviations(design) if design.panels else (None, None)
+    figures = part_figures(design, flats, built, deviations)
+    places = places_of(nests)
+    project = design.project
+    return ReviewRecord(
+        name=project.name,
+        unit=project.surface.unit or "mm",
+        version=fabgeo.__version__,
+        panels=tuple(panel_rows(design, flats, built, figures, places)),
+        plates=tuple(plate_rows(design, flats, built, places)),
+        beams=tuple(beam_rows(design, built)),
+        connectors=tuple(_connector_row(c) for c in design.connectors),
+        shown=tuple(_shown(design)),
+        shown_connectors=tuple(
+            ShownConnector(c.mark, c.product, c.frame[:3, 3], c.frame[:3, 2])
+            for c in design.connectors
+        ),
+        flats=flats,
+        nests=tuple(nests),
+        setout=tuple(setout_of(design)),
+        limits=limits_of(project),
+        figures=figures,
+        summary=summary_of(design, model, figures, flats, built, nests),
+        history=tuple(design.fit.history),
+        seconds=seconds,
+        deviation=deviation_map(design),
+        not_asked=not_asked,
+        materials={
+            name: {"name": name, "density_kg_m3": project.material(name).density}
+            for name in sorted({plate.material for plate in design.plates})
+        },
+    )
+
+
+def deviation_map(design: Design) -> DeviationMap:
+    """Signed deviation of the fitted model from the design surface over all strips."""
+    model = design.model
+    u = model.parameters(2)
+    first, second = model.pairs(model.points(u))
+    rows: list[Array] = []
+    for k in range(model.strips):
+        rows += [first[k], (first[k] + second[k]) / 2.0]
+    if not model.closed_i:
+        rows.append(second[-1])
+    points = np.array(rows)
+    found = design.surface.closest(points.reshape(-1, 3))
+    values = np.einsum("ki,ki->k", points.reshape(-1, 3) - found.point, found.normal)
+    return DeviationMap(points, values.reshape(points.shape[:2]))
+
+
+def setout_of(design: Design) -> list[SetoutPoint]:
+    """Panel corners at mid-surface, beam ends, and connector centres, with normals."""
+    out = []
+    for plate in design.panels:
+        ends = np.array([plate.mid.u0, plate.mid.u1])
+        corners, normals = plate.mid.edges(ends), ruled_normals(plate.mid, ends)
+        for number, (side, end) in enumerate(((0, 0), (0, 1), (1, 1), (1, 0)), 1):
+            name = f"{plate.mark}/{number}"
+            out.append(
+                SetoutPoint(name, corners[side, end], normals[end], "panel corner", plate.mark)
+            )
+    for beam in design.beams:
+        web = next(plate for plate in beam.plates if plate.role == "web")
+        ends = np.array([web.mid.u0, web.mid.u1])
+        inner, outer = web.mid.edges(ends)
+        axis = (outer - inner) / np.linalg.norm(outer - inner, axis=-1, keepdims=True)
+        for number in (0, 1):
+            name = f"{beam.mark}/{number + 1}"
+            out.append(SetoutPoint(name, outer[number], axis[number], "beam node", beam.mark))
+    for c in design.connectors:
+        out.append(SetoutPoint(c.mark, c.frame[:3, 3], c.frame[:3, 2], "connector", c.mark))
+    return out
+
+
+def _shown(design: Design) -> list[Shown]:
+    out = [shown_plate(plate, "panels") for plate in design.panels]
+    out += [shown_plate(plate, "panels") for plate in design.layers]
+    normals = {patch.tag: part.normal for patch, part in zip(design.patches, out, strict=False)}
+    up = np.array([0.0, 0.0, 1.0])
+    for cell in design.cells:
+        normal = normals.get(cell.patch.tag, up)
+        out.append(shown_prism(cell.prism, "cells", normal, f"P-{cell.patch.tag}"))
+    out += [shown_plate(plate, "cells") for plate in design.walls]
+    for beam in design.beams:
+        out += [shown_plate(plate, "beams", beam.mark) for plate in beam.plates]
+    return out
+
+
+def _connector_row(connector: Connector) -> dict[str, Any]:
+    place, axis = connector.frame[:3, 3], connector.frame[:3, 2]
+    return {
+        "mark": connector.mark,
+        "product": connector.product,
+        "panel": connector.panel,
+        "beam": connector.beam,
+        **{f"{k}_mm": float(v) for k, v in zip("xyz", place, strict=True)},
+        **{f"axis_{k}": float(v) for k, v in zip("xyz", axis, strict=True)},
+    }

@@ -1,0 +1,222 @@
+"""Rows of the schedules, from the parts and what was measured of them (handover.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fabgeo.arrays import Array
+from fabgeo.build.geometry import Design
+from fabgeo.build.figures import Figures
+from fabgeo.build.solids import Built
+from fabgeo.panels.flat import FlatPart
+from fabgeo.panels.unfold import smallest_rectangle
+from fabgeo.project import Project
+from fabgeo.sheets.stock import Nest
+from fabgeo.structures.beams import plate_radii
+from fabgeo.structures.boxes import Box, oriented_box
+from fabgeo.structures.parts import Beam, Plate
+from fabgeo.structures.prisms import ruled_normals
+
+type Row = dict[str, Any]
+type Places = dict[str, tuple[str, float]]
+
+CUBIC_METRE = 1e9
+SQUARE_METRE = 1e6
+
+
+def places_of(nests: list[Nest]) -> Places:
+    """Mark to sheet (with its folder) and rotation in degrees."""
+    return {
+        p.mark: (f"{n.material}_{n.thickness:g}mm/{s.name}", float(np.degrees(p.rotation)))
+        for n in nests
+        for s in n.sheets
+        for p in s.placements
+    }
+
+
+def panel_rows(
+    design: Design,
+    flats: Mapping[str, FlatPart],
+    built: Mapping[str, Built],
+    figures: Figures,
+    places: Places,
+) -> list[Row]:
+    """One row a panel."""
+    count: dict[str, int] = {}
+    for connector in design.connectors:
+        count[connector.panel] = count.get(connector.panel, 0) + 1
+    rows = []
+    for number, (patch, plate) in enumerate(zip(design.patches, design.panels, strict=True), 1):
+        choice, own = design.choices[plate.mark], figures[plate.mark]
+        row: Row = {
+            "mark": plate.mark,
+            "strip": patch.strip,
+            "cell": patch.cell,
+            "class": choice.cls,
+            "radius_min_mm": finite(choice.radius_min_mm),
+            "radius_max_mm": finite(choice.radius_max_mm),
+            "half_angle_deg": choice.half_angle_deg,
+            "axis_or_apex": axis_text(choice.axis),
+            "fit_deviation_mm": choice.deviation_mm,
+            "surface_deviation_mm": own.get("surface_deviation_mm"),
+            "kink_max_deg": choice.kink_own_deg,
+            "kink_added_deg": choice.kink_added_deg,
+            "kink_edge": plate.shared.get(choice.kink_edge, choice.kink_edge),
+            "gap_max_mm": choice.gap_mm,
+            "gap_edge": plate.shared.get(choice.gap_edge, choice.gap_edge),
+            "twist_max_deg": own.get("twist_max_deg"),
+            "forming": choice.forming,
+            "connectors": count.get(plate.mark, 0) if design.connectors else None,
+            "erection_order": number,
+            "reason": choice.reason,
+        }
+        row |= _plate_row(design.project, plate, flats, built, places)
+        row |= _box_row(box_of(plate), design.project)
+        flat = flats.get(plate.mark)
+        if flat is not None:
+            row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")
+            row["developability_mm"] = developability(plate)
+        rows.append(row)
+    return rows
+
+
+def plate_rows(
+    design: Design,
+    flats: Mapping[str, FlatPart],
+    built: Mapping[str, Built],
+    places: Places,
+) -> list[Row]:
+    """One row a plate that is no panel."""
+    cambers = {b.mark: b.info.get("camber") for b in design.beams}
+    rows = []
+    for plate in design.plates[len(design.panels) :]:
+        least, largest = plate_radii(plate.mid)
+        rows.append(
+            {
+                "mark": plate.mark,
+                "parent": plate.parent,
+                "role": plate.role,
+                "radius_min_mm": finite(least),
+                "radius_max_mm": finite(largest),
+                "camber_mm": cambers.get(plate.parent),
+                **_plate_row(design.project, plate, flats, built, places),
+            }
+        )
+    return rows
+
+
+def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
+    """One row a beam segment."""
+    rows = []
+    for number, beam in enumerate(design.beams, 1):
+        mass, centre = _mass(design.project, beam, built)
+        rows.append(
+            {
+                "mark": beam.mark,
+                "edge": beam.edge,
+                "length_mm": beam.info.get("length"),
+                "depth_min_mm": beam.info.get("depth_min"),
+                "depth_max_mm": beam.info.get("depth_max"),
+                "plates": len(beam.plates),
+                "mass_kg": mass,
+                "cog_x_mm": centre[0],
+                "cog_y_mm": centre[1],
+                "cog_z_mm": centre[2],
+                "erection_order": number,
+                **_box_row(
+                    oriented_box(np.concatenate([_corners(p) for p in beam.plates])),
+                    design.project,
+                ),
+            }
+        )
+    return rows
+
+
+def _plate_row(
+    project: Project,
+    plate: Plate,
+    flats: Mapping[str, FlatPart],
+    built: Mapping[str, Built],
+    places: Places,
+) -> Row:
+    row: Row = {
+        "material": plate.material,
+        "thickness_mm": plate.thickness,
+        "holes": len(plate.holes),
+    }
+    flat = flats.get(plate.mark)
+    if flat is not None:
+        points = np.concatenate([edge.points for edge in flat.outline])
+        _, row["length_mm"], row["width_mm"] = smallest_rectangle(points)
+        row["area_m2"] = flat.area / SQUARE_METRE
+    solid = built.get(plate.mark)
+    if solid is not None and solid.report is not None:
+        density = project.material(plate.material).density
+        row["mass_kg"] = solid.report.volume / CUBIC_METRE * density
+        row |= {f"cog_{k}_mm": float(v) for k, v in zip("xyz", solid.report.centre, strict=True)}
+    elif solid is not None:
+        row |= {"verdict": "fail", "reason": solid.failure}
+    if plate.mark in places:
+        row["sheet"], row["sheet_rotation_deg"] = places[plate.mark]
+    return row
+
+
+def _box_row(box: Box, project: Project) -> Row:
+    fits = box.fits(project.limits.transport_mm)
+    keys = ("box_length_mm", "box_width_mm", "box_height_mm")
+    return {
+        **{key: float(v) for key, v in zip(keys, box.size, strict=True)},
+        "transport": "fits" if fits else "too large",
+    }
+
+
+def _mass(project: Project, beam: Beam, built: Mapping[str, Built]) -> tuple[float, Array]:
+    """Mass and centre of gravity of the plates that could be built."""
+    total, moment = 0.0, np.zeros(3)
+    for plate in beam.plates:
+        report = built[plate.mark].report
+        if report is not None:
+            mass = report.volume / CUBIC_METRE * project.material(plate.material).density
+            total, moment = total + mass, moment + mass * report.centre
+    return total, moment / max(total, 1e-300)
+
+
+def box_of(plate: Plate) -> Box:
+    """The smallest oriented box around a plate as a solid."""
+    return oriented_box(_corners(plate))
+
+
+def _corners(plate: Plate) -> Array:
+    """Points on both skins, (k, 3)."""
+    u = np.linspace(plate.mid.u0, plate.mid.u1, 9)
+    half = plate.thickness / 2.0 * ruled_normals(plate.mid, u)
+    edges = plate.mid.edges(u)
+    return np.concatenate([edges - half, edges + half]).reshape(-1, 3)
+
+
+def developability(plate: Plate) -> float:
+    """Largest distance in mm of the diagonals of the quads of paper eq. (2)."""
+    u = plate.mid.parameters(4)
+    a, b = plate.mid.edges(u)
+    ta, tb = (d / np.linalg.norm(d, axis=-1, keepdims=True) for d in plate.mid.edges(u, 1))
+    length = np.linalg.norm(b - a, axis=-1)
+    e = (b - a) / length[:, None]
+    volume = np.abs(np.einsum("ki,ki->k", np.cross(ta, tb), e))
+    base = np.linalg.norm(np.cross(e + tb, e - ta), axis=-1)
+    return float((length * volume / np.maximum(base, 1e-300)).max())
+
+
+def axis_text(axis: Array | None) -> str:
+    """Point (or apex) and direction as text: ``x y z; dx dy dz``."""
+    if axis is None:
+        return ""
+    point, direction = np.asarray(axis)
+    return " ".join(f"{v:.2f}" for v in point) + "; " + " ".join(f"{v:.8f}" for v in direction)
+
+
+def finite(value: float) -> float | None:
+    """None for an infinite radius: flat."""
+    return float(value) if np.isfinite(value) else None

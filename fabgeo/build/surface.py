@@ -1,0 +1,75 @@
+"""The first stage: the design surface that a project names, in millimetres."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fabgeo.errors import InputError
+from fabgeo.project import Project, Surface, read_project
+from fabgeo.surfaces.base import DesignSurface
+
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+
+
+def surface_of(project: Project, base: Path) -> DesignSurface:
+    """The design surface of a project.
+
+    Parameters
+    ----------
+    project : Project
+    base : Path
+        Folder that the project's paths are relative to.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or holds no usable surface, or the formula is wrong.
+    """
+    asked = project.surface
+    if asked.file is None:
+        return _formula(asked, project.name)
+    from fabgeo.cad.read_surface import read_surface
+
+    path = base / asked.file
+    if not path.is_file():
+        raise InputError(str(path), "no such file", "surface.file is relative to the project file")
+    options: dict[str, Any] = {} if asked.faces is None else {"faces": asked.faces}
+    return read_surface(path, unit=asked.unit, **options)
+
+
+def _formula(asked: Surface, name: str) -> DesignSurface:
+    from fabgeo.surfaces.formula import FormulaSurface
+
+    if None in (asked.x, asked.y, asked.z, asked.u, asked.v, asked.unit):
+        raise InputError("[surface]", "a formula needs x, y, z, u, v and unit")
+    return FormulaSurface(
+        str(asked.x),
+        str(asked.y),
+        str(asked.z),
+        asked.u or (0.0, 1.0),
+        asked.v or (0.0, 1.0),
+        define=asked.define,
+        closed_u=asked.closed_u,
+        closed_v=asked.closed_v,
+        scale=MILLIMETRES[str(asked.unit)],
+        name=name,
+    )
+
+
+def inspect_file(path: Path, unit: str | None = None) -> dict[str, Any]:
+    """What a surface file, or the surface of a project file, holds: plain data.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read as a surface.
+    """
+    from fabgeo.cad.read_surface import read_surface
+    from fabgeo.surfaces.inspect import inspect
+
+    if path.suffix.lower() == ".toml":
+        surface = surface_of(read_project(path), path.parent)
+    else:
+        surface = read_surface(path, unit=unit)
+    return inspect(surface).as_dict()
