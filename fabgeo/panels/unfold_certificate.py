@@ -143,6 +143,11 @@ def twist(mid: RuledPatch, rule: Quadrature) -> float:
     return float(np.degrees(np.arctan2(sine[keep], dot(p, q)[keep]).max(initial=0.0)))
 
 
+def _across(a: Array, b: Array) -> Array:
+    """Vector products as float64."""
+    return np.asarray(np.cross(a, b), dtype=np.float64)
+
+
 def normals(mid: RuledPatch, u: Array) -> tuple[Array, Array, Array]:
     """Unit normals n along the middle line, their bending rate and the speed across the ruling.
 
@@ -153,12 +158,12 @@ def normals(mid: RuledPatch, u: Array) -> tuple[Array, Array, Array]:
     velocity, acceleration = mid.edges(u, 1), mid.edges(u, 2)
     ruling = b - a
     x_u, x_uu = velocity.mean(axis=0), acceleration.mean(axis=0)
-    normal = np.cross(x_u, ruling)
+    normal = _across(x_u, ruling)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     n = normal / size
-    change = np.cross(x_uu, ruling) + np.cross(x_u, velocity[1] - velocity[0])
+    change = _across(x_uu, ruling) + _across(x_u, velocity[1] - velocity[0])
     change = (change - dot(change, n)[:, None] * n) / size
-    across = np.cross(unit(ruling), n)
+    across = _across(unit(ruling), n)
     return n, dot(change, across), size[:, 0] / np.linalg.norm(ruling, axis=-1)
 
 

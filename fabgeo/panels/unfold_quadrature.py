@@ -24,12 +24,12 @@ def _rule(order: int) -> tuple[Array, Array, Array, Array]:
     """Nodes, weights on [-1, 1], the matrix of integrals up to each node, Legendre analysis."""
     nodes, weights = legendre.leggauss(order)
     vandermonde = legendre.legvander(nodes, order - 1)
-    analysis = np.linalg.inv(vandermonde)
+    analysis = np.asarray(np.linalg.inv(vandermonde), dtype=np.float64)
     upto = np.empty((order, order))
     for k in range(order):
         integral = legendre.legint(np.eye(order)[k], lbnd=-1)
         upto[:, k] = legendre.legval(nodes, integral)
-    return nodes, weights, upto @ analysis, analysis
+    return np.asarray(nodes), np.asarray(weights), upto @ analysis, analysis
 
 
 @dataclass(frozen=True)

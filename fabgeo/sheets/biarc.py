@@ -62,7 +62,7 @@ def dense(edge: FlatEdge, samples: int = SAMPLES) -> tuple[Array, Array]:
     return points, np.concatenate([unit(way).reshape(-1, 2), edge.tangents[-1:]])
 
 
-def arc_distance(start: Array, tangent: Array, curvature: Array, points: Array) -> Array:
+def arc_distance(start: Array, tangent: Array, curvature: float | Array, points: Array) -> Array:
     """Signed distance of points from circles through `start` with `tangent`; lines at curvature 0.
 
     With w = x - start and n the left normal: A / (1 + sqrt(1 + k A)), A = k w.w - 2 n.w, which is
@@ -97,7 +97,7 @@ def _single(points: Array, tolerance: float) -> float | None:
             continue
         tangent = _turned(chord / size, -angle / 2.0)
         curvature = 2.0 * np.sin(angle / 2.0) / size
-        gap = arc_distance(p, tangent, np.float64(curvature), points)
+        gap = arc_distance(p, tangent, float(curvature), points)
         if np.abs(gap).max() <= tolerance:
             return float(bulge)
     return None
@@ -141,8 +141,8 @@ def _fits(points: Array, tangents: Array, i: int, j: int, tolerance: float) -> A
     before = (inner - joint) @ middle < 0.0
     gap = np.where(
         before,
-        arc_distance(p, t, np.float64(k1), inner),
-        arc_distance(joint, middle, np.float64(k2), inner),
+        arc_distance(p, t, float(k1), inner),
+        arc_distance(joint, middle, float(k2), inner),
     )
     if np.abs(gap).max(initial=0.0) > tolerance:
         return None

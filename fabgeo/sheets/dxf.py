@@ -200,10 +200,10 @@ def bend_table(part: FlatPart) -> str:
 
 
 def _document(style: DxfStyle) -> Any:
-    import ezdxf
+    from ezdxf.filemanagement import new
 
     with _undated():
-        document = ezdxf.new(style.version, setup=False)
+        document = new(style.version, setup=False)
     if style.version != "R12":
         document.header["$INSUNITS"] = 4
         document.header["$MEASUREMENT"] = 1
@@ -215,14 +215,14 @@ def _document(style: DxfStyle) -> Any:
 @contextmanager
 def _undated() -> Iterator[None]:
     """Let ezdxf write a fixed date and fixed identifiers."""
-    import ezdxf
+    from ezdxf._options import options
 
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    ezdxf.options.write_fixed_meta_data_for_testing = True
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
     try:
         yield
     finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = before
+        options.write_fixed_meta_data_for_testing = before
 
 
 def _save(document: Any, path: Path) -> None:

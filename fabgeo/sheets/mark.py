@@ -15,6 +15,7 @@ from functools import cache
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from fabgeo.arrays import Array
 from fabgeo.sheets.contour import Contour
@@ -107,7 +108,7 @@ def place_mark(
     return Mark((), centre, 0.0, 0.0)
 
 
-def _place(room: shapely.Geometry, width: float, height: float) -> tuple[Array, float] | None:
+def _place(room: BaseGeometry, width: float, height: float) -> tuple[Array, float] | None:
     """Centre and angle of a rectangle inside the room, nearest to the room's centroid."""
     shapely.prepare(room)
     for angle in (0.0, np.pi / 2.0):

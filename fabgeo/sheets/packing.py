@@ -13,7 +13,8 @@ The engine rotates a piece about its origin, then adds its `bl_corner`; so do ou
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from importlib import import_module
+from typing import Any, Literal
 
 import numpy as np
 
@@ -39,8 +40,7 @@ def pack(
     seconds : float
         Wall clock; without effect where `deterministic`.
     """
-    from packingsolver import irregular
-
+    irregular: Any = import_module("packingsolver.irregular")
     builder = irregular.InstanceBuilder()
     objective = irregular.Objective
     builder.set_objective(objective.Knapsack if task == "knapsack" else objective.BinPacking)

@@ -17,6 +17,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from fabgeo.sheets.contour import Contour
 from fabgeo.sheets.stock import Nest, Placement, Sheet
@@ -67,25 +68,26 @@ def _too_near(
     ]
     if problems or len(polygons) < 2:
         return problems
-    shapes = np.array(polygons)
+    shapes: np.ndarray = np.array(polygons, dtype=object)
     tree = shapely.STRtree(shapes)
     near = tree.query(shapes, predicate="dwithin", distance=max(spacing - SLACK, 0.0))
     for i, j in near.T:
         if i >= j:
             continue
-        gap = float(shapely.distance(shapes[i], shapes[j]))
+        first, second = polygons[i], polygons[j]
+        gap = float(shapely.distance(first, second))
         if gap > 0.0:
             problems.append(
                 f"{name}: {marks[i]} and {marks[j]} are {gap:.3f} mm apart, expected {spacing}"
             )
             continue
-        common = shapely.intersection(shapes[i], shapes[j])
+        common: BaseGeometry = first.intersection(second)
         if spacing > 0.0 or _thickness(common) > SLACK:
             problems.append(f"{name}: {marks[i]} and {marks[j]} overlap by {common.area:.2f} mm2")
     return problems
 
 
-def _thickness(overlap: shapely.Geometry) -> float:
+def _thickness(overlap: BaseGeometry) -> float:
     """About the width of an overlap: touching parts share slivers thinner than the tolerance."""
     return 2.0 * overlap.area / overlap.length if overlap.length > 0.0 else 0.0
 
