@@ -125,7 +125,7 @@ def history_chart(history: Sequence[Row]) -> str:
     series: dict[str, tuple[list[float], list[float]]] = {}
     for name in names:
         pairs = [(float(r.get("iteration", k)), r.get(name)) for k, r in enumerate(history)]
-        good = [(x, float(y)) for x, y in pairs if _positive(y)]
+        good = [(x, float(y)) for x, y in pairs if y is not None and _positive(y)]
         if len(good) > 1:
             series[name] = [x for x, _ in good], [y for _, y in good]
     if not series:

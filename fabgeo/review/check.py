@@ -1,0 +1,49 @@
+"""`fabgeo check DIR`: a written package measured from its files alone.
+
+Hashes come first, but every measurement is made whatever they say: an altered file is named by
+the part that it concerns.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from fabgeo.review.check_files import check_files
+from fabgeo.review.check_flats import check_flats
+from fabgeo.review.check_rows import check_rows
+from fabgeo.review.check_sheets import check_sheets
+from fabgeo.review.check_solids import check_solids
+from fabgeo.review.check_summary import check_summary
+from fabgeo.review.findings import CheckReport, Findings
+from fabgeo.review.measured import Measured
+from fabgeo.review.package import WrittenPackage
+
+
+def check_package(folder: Path | str, progress: Callable[[str], None] | None = None) -> CheckReport:
+    """Measure a package and compare it with what it says of itself.
+
+    Parameters
+    ----------
+    folder : Path
+        The package's folder.
+    progress : callable, optional
+        Called with the name of each step.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no package.
+    """
+    package = WrittenPackage.open(Path(folder))
+    findings, measured = Findings(), Measured()
+    seconds: dict[str, float] = {}
+    for step in (check_files, check_solids, check_flats, check_sheets, check_rows, check_summary):
+        name = step.__name__.removeprefix("check_")
+        if progress is not None:
+            progress(name)
+        begin = time.perf_counter()
+        step(package, measured, findings)
+        seconds[name] = time.perf_counter() - begin
+    return CheckReport(tuple(findings.items), dict(measured.figures), seconds)

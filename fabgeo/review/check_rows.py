@@ -1,0 +1,176 @@
+"""The schedules against the solids: masses, centres, thickness, radii and classes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from fabgeo.arrays import Array, unit
+from fabgeo.review.findings import Findings
+from fabgeo.review.measured import Measured
+from fabgeo.review.package import WrittenPackage, number
+from fabgeo.review.solid_plate import SolidPlate, rail_normals
+
+MASS = 5e-4  # relative
+CENTRE = 0.15  # mm, the columns carry one decimal
+RADIUS = 0.02  # relative, cylinders and cones
+RADIUS_DEVELOPABLE = 0.1  # relative: the extremes of a varying radius depend on the sampling
+FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
+
+
+def check_rows(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Compare every row that has a measured solid."""
+    densities = _densities(package, measured)
+    for mark, row in package.cut_rows.items():
+        plate = measured.plates.get(mark)
+        if plate is None:
+            continue
+        _plain(mark, row, plate, densities, findings)
+        rails = plate.rails()
+        if rails is not None:
+            _bent(package, mark, row, rails, measured, findings)
+    _beams(package, measured, findings)
+    _setout(package, measured, findings)
+
+
+def _densities(package: WrittenPackage, measured: Measured) -> dict[str, float]:
+    """kg/mm3 by material: the project's, else the median of what the rows say."""
+    found: dict[str, list[float]] = defaultdict(list)
+    for mark, row in package.cut_rows.items():
+        mass, plate = number(row, "mass_kg"), measured.plates.get(mark)
+        if mass and plate is not None:
+            found[row.get("material", "")].append(mass / plate.volume)
+    return {material: float(np.median(values)) for material, values in found.items()}
+
+
+def _plain(
+    mark: str,
+    row: dict[str, str],
+    plate: SolidPlate,
+    densities: dict[str, float],
+    findings: Findings,
+) -> None:
+    mass, density = number(row, "mass_kg"), densities.get(row.get("material", ""))
+    if mass is not None and density:
+        expected = density * plate.volume
+        findings.near(mark, "mass_kg by its solid", expected, mass, MASS * expected + 1e-3)
+    thickness = number(row, "thickness_mm")
+    if thickness is not None:
+        findings.near(mark, "thickness_mm of its solid", plate.thickness, thickness, 0.02)
+    stated = [number(row, f"cog_{axis}_mm") for axis in "xyz"]
+    known = [value for value in stated if value is not None]
+    if len(known) == 3:
+        away = float(np.linalg.norm(np.array(known) - plate.centre))
+        if not away <= CENTRE:
+            words = " ".join(f"{v:.1f}" for v in plate.centre)
+            findings.add(mark, "centre of gravity", words, " ".join(f"{v:.1f}" for v in known))
+
+
+def _bent(
+    package: WrittenPackage,
+    mark: str,
+    row: dict[str, str],
+    rails: tuple[Array, Array],
+    measured: Measured,
+    findings: Findings,
+) -> None:
+    """Radii, twist and class of the mid-surface."""
+    first, second = rail_normals(*rails)
+    twist = np.degrees(np.arccos(np.clip(np.abs(np.sum(first * second, axis=1)), -1.0, 1.0)))
+    if row.get("class"):
+        measured.worst("panel_twist_max_deg", float(twist[1:-1].max()))
+    radii = ruling_radii(rails, unit(first + second))
+    low, high = number(row, "radius_min_mm"), number(row, "radius_max_mm")
+    kind = row.get("class", "developable")
+    within = RADIUS if kind in ("cylinder", "cone") else RADIUS_DEVELOPABLE
+    if low is not None and 0.0 < low < FLAT_RADIUS and kind != "flat":
+        findings.near(mark, "radius_min_mm of its solid", float(radii.min()), low,
+                      within * float(radii.min()))  # fmt: skip
+    if high is not None and 0.0 < high < FLAT_RADIUS and kind in ("cylinder", "cone"):
+        findings.near(mark, "radius_max_mm of its solid", float(radii.max()), high,
+                      within * float(radii.max()))  # fmt: skip
+    if kind in ("flat", "cylinder", "cone"):
+        _class(package, mark, kind, row, rails, unit(first + second), findings)
+
+
+def ruling_radii(rails: tuple[Array, Array], normals: Array) -> Array:
+    """Bending radii (2, n - 4) at both ends of the inner rulings: turn of normals over width."""
+    a, b = rails
+    e = unit(b - a)
+    turn = np.linalg.norm(normals[2:] - normals[:-2], axis=1)
+    radii = []
+    for rail in (a, b):
+        step = rail[2:] - rail[:-2]
+        width = np.linalg.norm(step - np.sum(step * e[1:-1], axis=1)[:, None] * e[1:-1], axis=1)
+        radii.append(width / np.maximum(turn, 1e-12))
+    return np.array(radii)[:, 1:-1]
+
+
+def _class(
+    package: WrittenPackage,
+    mark: str,
+    kind: str,
+    row: dict[str, str],
+    rails: tuple[Array, Array],
+    normals: Array,
+    findings: Findings,
+) -> None:
+    """Normals of a plane are equal, of a cylinder in a plane, of a cone at one angle to an axis."""
+    tolerance = np.radians(float(package.setting("panels", "angle", 1.0)))
+    centred = normals - normals.mean(axis=0)
+    if kind == "flat":
+        spread = float(np.linalg.norm(centred, axis=1).max())
+        if spread > tolerance:
+            findings.add(mark, "class", "flat", f"normals turn by {np.degrees(2 * spread):.3f} deg")
+        return
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    axis = axes[2]
+    off = float(np.abs(centred @ axis).max())
+    if off > tolerance:
+        findings.add(mark, "class", kind, f"normals off a circle by {np.degrees(off):.3f} deg")
+    if kind == "cylinder" and float(np.ptp(normals @ axes[0])) > 0.02:
+        along = np.abs(np.sum(unit(rails[1] - rails[0]) * axis, axis=1))
+        worst = float(np.degrees(np.arccos(np.clip(along.min(), -1.0, 1.0))))
+        if np.radians(worst) > tolerance:
+            findings.add(mark, "class", "cylinder", f"rulings turn by {worst:.3f} deg")
+    half = number(row, "half_angle_deg")
+    if kind == "cone" and half is not None and float(np.ptp(normals @ axes[0])) > 0.05:
+        found = float(np.degrees(np.arcsin(min(abs(float(normals.mean(axis=0) @ axis)), 1.0))))
+        findings.near(mark, "half_angle_deg of its solid", found, half, max(0.5, 0.05 * found))
+
+
+def _beams(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """A beam's mass is its plates' mass; its centre theirs."""
+    children: dict[str, list[dict[str, str]]] = defaultdict(list)
+    for row in package.tables["plates"]:
+        children[row.get("parent", "")].append(row)
+    for row in package.tables["beams"]:
+        mark, mass = row.get("mark", ""), number(row, "mass_kg")
+        own = children.get(mark, [])
+        masses = [number(plate, "mass_kg") or 0.0 for plate in own]
+        count = number(row, "plates")
+        if count is not None:
+            findings.near(mark, "plates in plates.csv", len(own), count, 0.0)
+        if mass is not None and own:
+            findings.near(mark, "mass_kg of its plates", sum(masses), mass, 1e-3 * sum(masses))
+
+
+def _setout(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Panel corners lie at their panel's solid: no farther than the joint and the thickness."""
+    import csv
+
+    path = package.folder / "setout" / "points.csv"
+    if not path.is_file():
+        return
+    joint = float(package.setting("panels", "joint", 10.0))
+    with path.open(encoding="utf-8", newline="") as stream:
+        for row in csv.DictReader(stream):
+            plate = measured.plates.get(row.get("mark", ""))
+            if row.get("role") != "panel corner" or plate is None:
+                continue
+            place = np.array([float(row[axis] or "nan") for axis in "xyz"])
+            away = float(np.linalg.norm(plate.corners - place, axis=1).min())
+            if not away <= 3.0 * joint + plate.thickness + 1.0:
+                findings.add(plate.mark, f"setting-out point {row.get('point')}",
+                             "at a corner of its panel", f"{away:.2f} mm off")  # fmt: skip

@@ -1,0 +1,84 @@
+"""The STEP model: valid, closed solids, named as the schedules name them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from fabgeo.errors import InputError
+from fabgeo.review.findings import Findings
+from fabgeo.review.measured import Measured
+from fabgeo.review.package import WrittenPackage
+from fabgeo.review.solid_plate import VOLUME_EPS, solid_plate
+
+if TYPE_CHECKING:
+    from fabgeo.cad.readback import ReadPart
+
+
+def check_solids(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Read the model back; fill `measured` with volumes, centres and plates."""
+    if not package.step.is_file():
+        for mark in package.cut_rows:
+            findings.add(mark, "solid in model/facade.step", "present", "no model file")
+        return
+    from fabgeo.cad.readback import read_package_step
+
+    try:
+        parts = read_package_step(package.step)
+    except InputError as error:
+        findings.add("model/facade.step", "STEP file", "readable", error.problem)
+        return
+    measured.names = dict(Counter(part.name for part in parts))
+    products: dict[str, bool] = {}
+    bad = 0
+    for part in parts:
+        shared = part.product != part.name and part.name.startswith("K-")
+        if shared and part.product in products:
+            continue
+        sound = _sound(part, measured, findings)
+        products[part.product] = sound
+        bad += not sound
+        if sound and part.name in package.cut_rows:
+            plate = solid_plate(part)
+            if plate is None:
+                findings.add(part.name, "solid", "a plate with two skins", "another shape")
+            else:
+                measured.plates[part.name] = plate
+    measured.figures["solids"] = float(len(parts))
+    measured.figures["invalid_solids"] = float(bad)
+    _names(package, measured, findings)
+
+
+def _sound(part: ReadPart, measured: Measured, findings: Findings) -> bool:
+    """Whether a part is one valid, closed solid turned outwards; notes what it is not."""
+    from fabgeo.cad import kernel, measure
+
+    before = len(findings.items)
+    solids = len(kernel.solids(part.shape))
+    if solids != 1:
+        findings.add(part.name, "solids in the model", 1, solids)
+    if not measure.is_valid(part.shape):
+        findings.add(part.name, "solid in the model", "valid", "not valid")
+    if not measure.is_closed(part.shape):
+        findings.add(part.name, "solid in the model", "closed", "open or turned faces")
+    volume, centre = measure.volume(part.shape, VOLUME_EPS)
+    if volume <= 0.0:
+        findings.add(part.name, "volume", "positive", volume)
+    measured.volumes[part.name] = volume
+    measured.centres[part.name] = centre
+    return len(findings.items) == before
+
+
+def _names(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Marks of the model against marks of the schedules."""
+    tables = package.tables
+    expected = {row.get("mark", "") for row in (*tables["panels"], *tables["plates"])}
+    expected |= {row.get("mark", "") for row in tables["connectors"]}
+    for mark in sorted(expected):
+        count = measured.names.get(mark, 0)
+        if count != 1:
+            findings.add(mark, "solids of this name in the model", 1, count)
+    known = expected | {row.get("mark", "") for row in tables["beams"]}
+    for name in sorted(set(measured.names) - known):
+        if not name.startswith(("C-", "W-")):
+            findings.add(name, "row in the schedules", "present", "missing")

@@ -1,0 +1,69 @@
+"""checks/review.json against what was measured here, key by key."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fabgeo.review.findings import Findings
+from fabgeo.review.measured import Measured
+from fabgeo.review.package import WrittenPackage
+from fabgeo.review.record import SUMMARY_KEYS, Limit
+from fabgeo.review.verdicts import judge
+
+EXACT = {"solids": 0.0, "invalid_solids": 0.0, "unplaced_parts": 0.0, "utilisation": 2e-3}
+
+
+def check_summary(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Summary's keys and numbers, every part's verdict against its own figures and the limits."""
+    review = package.review
+    if not review:
+        findings.add("checks/review.json", "file", "present and JSON", "missing or broken")
+        return
+    summary = review.get("summary") or {}
+    for key in SUMMARY_KEYS:
+        if key not in summary:
+            findings.add("checks/review.json", f"summary key {key}", "present", "missing")
+    for key, within in EXACT.items():
+        stated, found = summary.get(key), measured.figures.get(key)
+        if stated is not None and found is not None:
+            findings.near("checks/review.json", f"summary {key}", found, float(stated), within)
+    _verdicts(package, review, findings)
+
+
+def _verdicts(package: WrittenPackage, review: dict[str, Any], findings: Findings) -> None:
+    limits = [
+        Limit(key, own.get("good"), own.get("warn"), sense=own.get("sense", "max"))
+        for key, own in (review.get("limits") or {}).items()
+    ]
+    parts = review.get("parts") or {}
+    failed = 0
+    rows = {**package.cut_rows, **{r.get("mark", ""): r for r in package.tables["beams"]}}
+    for mark, part in parts.items():
+        figures = {k: v for k, v in part.items() if isinstance(v, int | float)}
+        verdict, _ = judge(limits, figures)
+        stated = part.get("verdict")
+        failed += stated == "fail"
+        if verdict == "fail" and stated != "fail":
+            findings.add(mark, "verdict in review.json by its figures", verdict, stated)
+        row = rows.get(mark)
+        if row is not None and row.get("verdict", stated) != stated:
+            findings.add(mark, "verdict in its schedule row", stated, row.get("verdict"))
+        if row is not None:
+            _same_figures(mark, part, row, findings)
+    total = (review.get("summary") or {}).get("failed_verdicts")
+    if total is not None and total != failed:
+        findings.add("checks/review.json", "summary failed_verdicts", failed, total)
+
+
+def _same_figures(mark: str, part: dict[str, Any], row: dict[str, str], findings: Findings) -> None:
+    """Figures that stand in review.json and in the schedule are equal, as rounded."""
+    for key, value in part.items():
+        text = row.get(key)
+        if not text or not isinstance(value, int | float):
+            continue
+        decimals = len(text.partition(".")[2])
+        try:
+            stated = float(text)
+        except ValueError:
+            continue
+        findings.near(mark, f"{key} in its schedule row", value, stated, 0.51 * 10.0**-decimals)

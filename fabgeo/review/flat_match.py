@@ -1,0 +1,183 @@
+"""Which corner of a flat outline is which corner of the solid, and how well the two agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabgeo.arrays import Array
+from fabgeo.review.measured import FlatFile
+from fabgeo.review.solid_plate import SolidPlate, developed
+
+CORNER = np.radians(8.0)  # turn of an outline that may be a corner
+
+
+@dataclass(frozen=True)
+class Match:
+    """An outline laid on a solid.
+
+    Attributes
+    ----------
+    length_errors : (n,) array
+        Outline's edge less solid's edge, mm.
+    away : float or None
+        Largest distance between the outline and the solid's development; None: not four-sided.
+    at : (2,) array
+        Where on the outline.
+    arcs : Array
+        Arc length along the outline at which each of the solid's edges begins, in its sense.
+    sense : int
+        +1 if the solid's edges run with the outline.
+    """
+
+    length_errors: Array
+    away: float | None
+    at: Array
+    arcs: Array
+    sense: int
+
+
+def match(outline: Array, plate: SolidPlate) -> Match | None:
+    """The best of all ways to lay the solid's edges along the outline; None: no corner fits."""
+    arc, length = _arcs(outline)
+    corners = np.flatnonzero(_turns(outline) > CORNER)
+    if len(corners) < 3:
+        return None
+    found: list[tuple[float, Match]] = []
+    for sense in (1, -1):
+        steps = np.append(0.0, np.cumsum(plate.lengths)[:-1])
+        for start in corners:
+            wanted = (arc[start] + sense * steps) % length
+            away = (arc[corners][None] - wanted[:, None] + length / 2) % length - length / 2
+            nearest = corners[np.abs(away).argmin(axis=1)]
+            if len(set(nearest.tolist())) < len(nearest):
+                continue
+            arcs = arc[nearest]
+            ends = np.roll(arcs, -1)
+            own = (sense * (ends - arcs)) % length
+            errors = own - plate.lengths
+            found.append(
+                (float(np.abs(errors).max()), Match(errors, None, outline[0], arcs, sense))
+            )
+    if not found:
+        return None
+    least = min(score for score, _ in found)
+    close = [m for score, m in found if score <= least + 0.2]
+    compared = [_compared(outline, plate, m) for m in close]
+    return min(compared, key=lambda m: m.away if m.away is not None else 0.0)
+
+
+def point_at(outline: Array, positions: Array) -> Array:
+    """Points (k, 2) at arc lengths along a closed outline."""
+    arc, length = _arcs(outline)
+    closed = np.concatenate([outline, outline[:1]])
+    s = np.append(arc, length)
+    wrapped = np.asarray(positions) % length
+    return np.stack([np.interp(wrapped, s, closed[:, d]) for d in range(2)], axis=-1)
+
+
+def refold(flat: FlatFile, plate: SolidPlate, found: Match) -> float:
+    """How far the pieces between bend lines come to lie off the solid's mid-surface, in mm."""
+    import shapely
+
+    length = _arcs(flat.outline)[1]
+    ring = shapely.LinearRing(flat.outline)
+    ends = shapely.points(flat.bends.reshape(-1, 2))
+    near = (shapely.distance(ring, ends) <= 1.0).reshape(-1, 2).all(axis=1)
+    if not near.any():
+        return np.inf
+    places = shapely.line_locate_point(ring, ends).reshape(-1, 2)[near]
+    plane = flat.bends[near]
+    space = _on_solid(places, length, plate, found)
+    sizes = [np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) for lines in (plane, space)]
+    worst = float(np.abs(sizes[0] - sizes[1]).max())
+    for k in range(len(plane) - 1):
+        pieces = plane[k : k + 2].reshape(4, 2), space[k : k + 2].reshape(4, 3)
+        worst = max(worst, _rigid(*pieces))
+    return worst
+
+
+def _arcs(outline: Array) -> tuple[Array, float]:
+    steps = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+    total = np.cumsum(steps)
+    return np.append(0.0, total[:-1]), float(total[-1])
+
+
+def _turns(outline: Array) -> Array:
+    """Absolute turning angle at every point."""
+    after = np.roll(outline, -1, axis=0) - outline
+    before = np.roll(after, 1, axis=0)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return np.abs(np.arctan2(cross, np.einsum("ij,ij->i", before, after)))
+
+
+def _compared(outline: Array, plate: SolidPlate, m: Match) -> Match:
+    """The match with its largest distance between outline and development, both ways."""
+    import shapely
+
+    rails = plate.rails()
+    if rails is None:
+        return m
+    flat_a, flat_b = developed(*rails)
+    contour = np.concatenate([flat_a, flat_b[::-1]])
+    corners = np.array([flat_a[0], flat_a[-1], flat_b[-1], flat_b[0]])
+    # The solid's corners in the order of its edges: the rails' ends found among them.
+    order = [
+        int(np.linalg.norm(plate.corners - x, axis=1).argmin())
+        for x in (rails[0][0], rails[0][-1], rails[1][-1], rails[1][0])
+    ]
+    target = point_at(outline, m.arcs)[order]
+    moved = _moved(corners, target, contour)
+    drawn, made = shapely.LinearRing(outline), shapely.LinearRing(moved)
+    off = shapely.distance(shapely.points(outline), made)
+    back = shapely.distance(shapely.points(moved), drawn)
+    k = int(off.argmax())
+    if back.max() > off.max():
+        return Match(m.length_errors, float(back.max()), moved[int(back.argmax())], m.arcs, m.sense)
+    return Match(m.length_errors, float(off.max()), outline[k], m.arcs, m.sense)
+
+
+def _moved(source: Array, target: Array, points: Array) -> Array:
+    """`points` by the motion (mirrored if that is better) that takes source onto target best."""
+    best, least = points, np.inf
+    for flip in (1.0, -1.0):
+        s, p = source * [1.0, flip], points * [1.0, flip]
+        cs, ct = s.mean(axis=0), target.mean(axis=0)
+        u, _, vt = np.linalg.svd((s - cs).T @ (target - ct))
+        turn = u @ np.diag([1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+        error = float(np.abs((s - cs) @ turn + ct - target).max())
+        if error < least:
+            best, least = (p - cs) @ turn + ct, error
+    return best
+
+
+def _on_solid(places: Array, length: float, plate: SolidPlate, m: Match) -> Array:
+    """Points (..., 3) of the solid's mid-edges at arc lengths (...) of the outline."""
+    ways = (m.sense * (places[..., None] - m.arcs)) % length
+    edge = ways.argmin(axis=-1)
+    # Edges agree in length within the tolerance; the fraction maps one onto the other.
+    own = (m.sense * (np.roll(m.arcs, -1) - m.arcs)) % length
+    fraction = np.take_along_axis(ways, edge[..., None], -1)[..., 0] / own[edge]
+    space = np.zeros((*places.shape, 3))
+    for k in np.unique(edge):
+        space[edge == k] = _along(plate.edges[k], fraction[edge == k])
+    return space
+
+
+def _along(edge: Array, fraction: Array) -> Array:
+    """Points at fractions of an edge's length, by a cubic through its samples."""
+    from scipy.interpolate import CubicSpline
+
+    steps = np.linalg.norm(np.diff(edge, axis=0), axis=1)
+    arc = np.append(0.0, np.cumsum(steps))
+    return np.asarray(CubicSpline(arc, edge)(fraction * arc[-1]))
+
+
+def _rigid(plane: Array, space: Array) -> float:
+    """Largest distance left after the best motion of plane points (k, 2) onto points in space."""
+    p = np.column_stack([plane, np.zeros(len(plane))])
+    cp, cs = p.mean(axis=0), space.mean(axis=0)
+    u, _, vt = np.linalg.svd((p - cp).T @ (space - cs))
+    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return float(np.linalg.norm((p - cp) @ turn + cs - space, axis=1).max())

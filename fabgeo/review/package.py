@@ -1,0 +1,118 @@
+"""A written package opened for checking: its schedules, its manifest, its files by mark."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fabgeo.errors import InputError
+from fabgeo.review.manifest import NAME
+
+
+@dataclass
+class WrittenPackage:
+    """The files of a package, read on demand; nothing of the objects that wrote them.
+
+    Attributes
+    ----------
+    folder : Path
+    manifest : dict
+        Contents of manifest.json.
+    """
+
+    folder: Path
+    manifest: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def open(cls, folder: Path) -> WrittenPackage:
+        """Open a folder.
+
+        Raises
+        ------
+        InputError
+            If it is no package: no manifest.json, or one that is no JSON.
+        """
+        path = folder / NAME
+        if not path.is_file():
+            raise InputError(str(folder), f"holds no {NAME}", "give the folder of a build")
+        try:
+            manifest = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise InputError(str(path), f"is no JSON: {error}", "build again") from error
+        if not isinstance(manifest, dict):
+            raise InputError(str(path), "expected an object at its top", "build again")
+        return cls(folder, manifest)
+
+    @property
+    def project(self) -> Mapping[str, Any]:
+        """The project as read, from the manifest."""
+        return self.manifest.get("project") or {}
+
+    def setting(self, table: str, key: str, default: Any) -> Any:
+        """One setting of the project, such as the nests' spacing."""
+        value = (self.project.get(table) or {}).get(key)
+        return default if value is None else value
+
+    @cached_property
+    def review(self) -> dict[str, Any]:
+        """Contents of checks/review.json; empty if it is absent or broken."""
+        try:
+            found = json.loads((self.folder / "checks" / "review.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    def table(self, name: str) -> list[dict[str, str]]:
+        """Rows of a schedule; empty if it is absent."""
+        path = self.folder / "schedules" / f"{name}.csv"
+        if not path.is_file():
+            return []
+        with path.open(encoding="utf-8", newline="") as stream:
+            return list(csv.DictReader(stream))
+
+    @cached_property
+    def tables(self) -> dict[str, list[dict[str, str]]]:
+        """All schedules by name."""
+        return {
+            name: self.table(name)
+            for name in ("panels", "plates", "beams", "connectors", "sheets", "bom")
+        }
+
+    @cached_property
+    def cut_rows(self) -> dict[str, dict[str, str]]:
+        """Schedule rows of everything that is cut flat, by mark."""
+        rows = [*self.tables["panels"], *self.tables["plates"]]
+        return {row.get("mark", ""): row for row in rows}
+
+    @cached_property
+    def part_files(self) -> dict[str, Path]:
+        """cut/parts/<mark>.dxf by mark."""
+        return {p.stem: p for p in sorted((self.folder / "cut" / "parts").glob("*.dxf"))}
+
+    @cached_property
+    def sheet_files(self) -> list[Path]:
+        """All nested sheets."""
+        return sorted((self.folder / "cut" / "nests").glob("*/*.dxf"))
+
+    @property
+    def step(self) -> Path:
+        """The model."""
+        return self.folder / "model" / "facade.step"
+
+    def layer(self, name: str) -> str:
+        """The shop's name of a DXF layer."""
+        return str((self.setting("cutting", "layers", {}) or {}).get(name, name))
+
+
+def number(row: Mapping[str, str], key: str) -> float | None:
+    """A number of a schedule row; None where empty or missing."""
+    text = (row.get(key) or "").strip()
+    try:
+        return float(text) if text else None
+    except ValueError:
+        return float("nan")
