@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from fabgeo import spline as spline
     from fabgeo.build import Design as Design
     from fabgeo.build import Package as Package
-    from fabgeo.build import build as build_package
+    from fabgeo.build import build_package as build_package
     from fabgeo.build import design as design
     from fabgeo.errors import FabgeoError as FabgeoError
     from fabgeo.errors import GeometryError as GeometryError
@@ -64,8 +64,6 @@ _WHERE = {
     "spline": "",
 }
 
-_NAMES = {"build_package": "build"}  # `fabgeo.build` itself is the room
-
 __all__ = sorted([*_WHERE, "__version__"])
 
 
@@ -75,7 +73,7 @@ def __getattr__(name: str) -> Any:
     room = _WHERE[name]
     if not room:
         return importlib.import_module(f"fabgeo.{name}")
-    value = getattr(importlib.import_module(f"fabgeo.{room}"), _NAMES.get(name, name))
+    value = getattr(importlib.import_module(f"fabgeo.{room}"), name)
     globals()[name] = value
     return value
 

@@ -47,10 +47,10 @@ def build(
     as_json: Json = False,
 ) -> None:
     """Build the hand-over package of a project."""
-    from fabgeo.build import build as run
+    from fabgeo.build import build_package
 
     with _progress(quiet=as_json) as listener:
-        package = run(project, out, jobs=jobs, fresh=fresh, listener=listener)
+        package = build_package(project, out, jobs=jobs, fresh=fresh, listener=listener)
     if as_json:
         _print_json(package.as_dict())
     else:

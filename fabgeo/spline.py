@@ -158,7 +158,8 @@ def _interpolate_open(flat: Array) -> Array:
 def greville(knots: Array, degree: int = 3) -> Array:
     """Greville points of a clamped knot vector: as many as control points."""
     windows = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
-    return windows.mean(axis=-1)
+    # Means of equal knots may round past the ends.
+    return np.clip(windows.mean(axis=-1), knots[0], knots[-1])
 
 
 def clamped_knots(u0: float, u1: float, segments: int) -> Array:

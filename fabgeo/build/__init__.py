@@ -2,7 +2,7 @@
 
     surface -> start -> fit -> panels, cells, beams -> flat parts -> nests -> solids -> files
 
-`design` makes the geometry, `build` also writes the package.
+`design` makes the geometry, `build_package` also writes the package.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from fabgeo.build.geometry import Design, layers_of, panels_of, patches_of, structure_of
 from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
 from fabgeo.build.folder import open_folder
+from fabgeo.build.geometry import Design, layers_of, panels_of, patches_of, structure_of
 from fabgeo.build.model import fit_of, outwards, start_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
@@ -20,7 +20,7 @@ from fabgeo.build.solids import solids_of
 from fabgeo.build.surface import surface_of
 from fabgeo.project import Project, read_project
 
-__all__ = ["Design", "Package", "build", "design"]
+__all__ = ["Design", "Package", "build_package", "design"]
 
 
 def design(
@@ -73,7 +73,7 @@ def design(
     return made
 
 
-def build(
+def build_package(
     project: Project | Path | str,
     out: Path | str,
     *,

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fabgeo
-from fabgeo.build.geometry import Design
 from fabgeo.build.folder import Folder
+from fabgeo.build.geometry import Design
 from fabgeo.build.progress import Clock
 from fabgeo.build.record import record_of
 from fabgeo.build.solids import Built, tree_of

@@ -9,7 +9,6 @@ import numpy as np
 
 import fabgeo
 from fabgeo.arrays import Array
-from fabgeo.build.geometry import Design
 from fabgeo.build.figures import (
     limits_of,
     model_figures,
@@ -17,6 +16,7 @@ from fabgeo.build.figures import (
     part_figures,
     summary_of,
 )
+from fabgeo.build.geometry import Design
 from fabgeo.build.rows import beam_rows, panel_rows, places_of, plate_rows
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart

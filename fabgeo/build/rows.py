@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from fabgeo.arrays import Array
-from fabgeo.build.geometry import Design
 from fabgeo.build.figures import Figures
+from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import smallest_rectangle

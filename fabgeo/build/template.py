@@ -1,0 +1,100 @@
+"""The project file that `fabgeo init` writes: commented, and it builds as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fabgeo.errors import InputError
+
+TEMPLATE = '''\
+# A fabgeo project. Lengths are millimetres and angles degrees, but for the surface's own unit.
+# Build it with:  fabgeo build project.toml --out outputs/first
+# A table that is left out is not asked for; remove the # before a line to set it.
+name = "First roof"
+
+[surface]
+# Either a file, its path relative to this one:
+#   STEP, IGES, 3dm, OBJ, OFF, STL, PLY, 3MF, or floor sections as CSV, JSON, DXF
+# file = "roof.step"
+# unit = "m"              # for files that do not say: mm, cm, m, in, ft
+# faces = [0, 1]          # some faces of a CAD file, by number or name
+# or a formula of u and v (with [surface.define] for names used in it):
+unit = "m"
+u = [-4.0, 4.0]
+v = [-6.0, 6.0]
+x = "u"
+y = "v"
+z = "3.5 - 0.05*u**2 - 0.03*v**2"
+
+[strips]
+kind = "general"          # general, conical (offsets, cells, beams), circular, geodesic
+# start = "auto"          # auto, iso, principal, sections, mesh, geodesic, model
+count = 8                 # strips
+# segments = 8            # knot spans along a strip
+# boundary = "auto"       # what is held on the boundary: edges, ends, all, none
+
+[panels]
+length = 2000.0           # along the strip; or count = 4, or cuts = [2.0, 4.0] (parameters)
+joint = 10.0
+thickness = 3.0
+material = "aluminium"
+tolerance = 1.0           # how far a flat, cylindrical or conical panel may leave the fitted one
+angle = 1.0               # and how much kink it may add between neighbours
+# choice = "joint"        # all panels chosen together; "single": one by one
+
+# [cells]                 # need kind = "conical" or "circular"
+# depth = -300.0          # inwards
+
+# [beams]
+# section = "I"           # I, T, box
+# depth = 200.0
+# standoff = 60.0         # from the model to the outer flange
+# flange_width = 100.0
+# flange = 10.0
+# web = 8.0
+
+# [connectors]
+# spacing = 800.0
+
+[nesting]
+spacing = 6.0
+margin = 10.0
+rotations = "steps"       # steps of 90 degrees; "grain": 0 and 180; "free"
+seconds = 10.0            # steps = 3 instead: the same layout every time
+
+# [[stock]]               # common sizes otherwise
+# material = "aluminium"
+# length = 3000.0
+# width = 1500.0
+# quantity = 20
+
+# [materials.aluminium]   # density kg/m3, E and yield stress N/mm2, least radius of the rolls
+# yield_stress = 130.0
+# rolls_radius = 100.0
+
+# [cutting]
+# version = "R2010"       # R2010, R2000, R12
+# curves = "arcs"         # arcs, splines, polylines
+# tolerance = 0.05
+
+# [limits]
+# deviation_max_mm = 20.0
+# twist_max_deg = 0.02
+# gap_max_mm = 2.0
+'''
+
+
+def write_template(path: Path) -> Path:
+    """Write the template.
+
+    Raises
+    ------
+    InputError
+        If the file is there already, or its folder is not.
+    """
+    if path.exists():
+        raise InputError(str(path), "is there already", "choose another name")
+    if not path.parent.is_dir():
+        raise InputError(str(path.parent), "no such folder", "make it first")
+    path.write_text(TEMPLATE, encoding="utf-8")
+    return path
