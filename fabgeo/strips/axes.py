@@ -20,7 +20,7 @@ import numpy as np
 
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.errors import GeometryError
-from fabgeo.strips.frames import EdgeCurves, Frames, frames, normal_change
+from fabgeo.strips.frames import EdgeCurves, Frames, around, cross, frames, normal_change
 from fabgeo.strips.integrate import antiderivative
 
 type Field = Callable[[Array], Array]
@@ -37,12 +37,15 @@ class Axes:
         constant distance of vertices).
     normals : callable
         u (k,) -> (edges, k, 3).
+    single : callable
+        Edge index -> the normal of that edge alone, u (k,) -> (k, 3).
     mismatch : float
         Largest disagreement of the two strips at an edge about n; 0 for an exact model.
     """
 
     kind: str
     normals: Field
+    single: Callable[[int], Field]
     mismatch: float
 
     def __call__(self, u: Array) -> Array:
@@ -57,15 +60,14 @@ def lean(f: Frames) -> tuple[Array, Array]:
     """
     m_minus, m_plus = f.at_edges(f.m)
     back, e_plus = f.at_edges(f.e)
-    e_minus = -back
-    apart = e_minus - e_plus
+    apart = -back - e_plus  # e- - e+
     a = np.zeros(f.p.shape[:2])
     mismatch = np.zeros(f.p.shape[:2])
     if len(f.interior):
         inner = dot(m_plus - m_minus, apart) / dot(apart, apart)
         rows = np.fromiter(f.interior, dtype=np.int64)
         a[rows] = inner
-        gap = m_plus - m_minus + inner[..., None] * (e_plus - e_minus)
+        gap = m_plus - m_minus - inner[..., None] * apart
         mismatch[rows] = np.linalg.norm(gap, axis=-1)
     return a, mismatch
 
@@ -78,48 +80,55 @@ def conical_axes(model: EdgeCurves) -> Axes:
     condition that n' is parallel to p' (so that the axis strip is developable); its one free
     constant is chosen so that the axis mirrors that of the neighbouring edge.
     """
-    ends = {} if model.closed_i else {s: _end_lean(model, s) for s in (0, -1)}
+    ends = {} if model.closed_i else {s: _end_axis(model, s) for s in (0, -1)}
+
+    def inner(f: Frames) -> Array:
+        a, _ = lean(f)
+        m_minus, m_plus = f.at_edges(f.m)
+        back, e_plus = f.at_edges(f.e)
+        a = a[np.fromiter(f.interior, dtype=np.int64)]
+        return (m_plus + m_minus + a[..., None] * (e_plus - back)) / 2.0
 
     def normals(u: Array) -> Array:
         f = frames(model, u)
-        a, _ = lean(f)
         n = np.empty_like(f.p)
         if len(f.interior):
-            m_minus, m_plus = f.at_edges(f.m)
-            back, e_plus = f.at_edges(f.e)
-            rows = np.fromiter(f.interior, dtype=np.int64)
-            n[rows] = (m_plus + m_minus + a[rows][..., None] * (e_plus - back)) / 2.0
+            n[np.fromiter(f.interior, dtype=np.int64)] = inner(f)
         for side, field in ends.items():
-            n[side] = f.m[side] + field(u)[:, None] * f.e[side]
+            n[side] = field(u)
         return n
 
+    def single(i: int) -> Field:
+        if not model.closed_i and i % model.edges in (0, model.edges - 1):
+            return ends[0 if i % model.edges == 0 else -1]
+        near, _ = around(model, i - 1, i + 1)
+        return lambda u: inner(frames(near, u))[0]
+
     _, mismatch = lean(frames(model, model.parameters(8)))
-    return Axes("conical", normals, float(mismatch.max()))
+    return Axes("conical", normals, single, float(mismatch.max()))
 
 
-def _end_lean(model: EdgeCurves, side: int) -> Field:
-    """Lean along e of the axis at the first (side 0) or last (side -1) edge, as a function of u."""
+def _end_axis(model: EdgeCurves, side: int) -> Field:
+    """Axis at the first (side 0) or last (side -1) edge of an open model, u (k,) -> (k, 3)."""
+    last = model.edges - 1
+    near = around(model, 0, 2)[0] if side == 0 else around(model, last - 2, last)[0]
 
-    def rates(u: Array) -> tuple[Array, Array]:
-        f = frames(model, u)
-        change = normal_change(model, f)
+    def rates(u: Array) -> Array:
+        f = frames(near, u)
+        change = normal_change(near, f)
         dm = (change.m_first if side == 0 else change.m_second)[side]
         e, m, dp = f.e[side], f.m[side], f.dp[side]
-        across = np.cross(m, e)
+        across = cross(m, e)
         slope = dot(dp, e) / dot(dp, across)
-        return slope * dot(dm, across), slope * dot(change.e[side], across)
+        return slope * np.stack([dot(dm, across), dot(change.e[side], across)])
 
     growth = antiderivative(lambda u: rates(u)[1], model.segments)
     source = antiderivative(lambda u: rates(u)[0] * np.exp(-growth(u)), model.segments)
     u = model.parameters(4)
-    f = frames(model, u)
-    if f.interior:
-        a, _ = lean(f)
-        neighbour = f.interior[0] if side == 0 else f.interior[-1]
-        # The mirrored axis: at the strip's other edge n = m + a e-, e- or e+ pointing back.
-        target = a[neighbour] if side == 0 else -a[neighbour]
-    else:
-        target = np.zeros(len(u))
+    f = frames(near, u)
+    target = np.zeros(len(u))
+    if f.interior:  # the mirrored axis of the strip's other edge: n = m + a e-, e- pointing back
+        target = lean(f)[0][1] if side == 0 else -lean(f)[0][-2]
     weight, free = np.exp(growth(u)), source(u)
     constant = float(dot(target - weight * free, weight) / dot(weight, weight))
     if model.closed_u:
@@ -127,7 +136,13 @@ def _end_lean(model: EdgeCurves, side: int) -> Field:
         factor = float(np.exp(growth(end))[0])
         if abs(1.0 - factor) > 1e-6:  # the one solution that closes
             constant = factor * float(source(end)[0]) / (1.0 - factor)
-    return lambda u: np.exp(growth(u)) * (constant + source(u))
+
+    def axis(u: Array) -> Array:
+        f = frames(near, u)
+        a = np.exp(growth(u)) * (constant + source(u))
+        return f.m[side] + a[:, None] * f.e[side]
+
+    return axis
 
 
 def circular_normals(model: EdgeCurves) -> Axes:
@@ -144,10 +159,10 @@ def circular_normals(model: EdgeCurves) -> Axes:
     def reference(u: Array) -> tuple[Array, Array, Array]:
         p, dp, ddp = (model.points(u, k) for k in range(3))
         x, dx = p[above] - p[below], dp[above] - dp[below]
-        w = np.cross(dp[middle], x)
-        dw = np.cross(ddp[middle], x) + np.cross(dp[middle], dx)
+        w = cross(dp[middle], x)
+        dw = cross(ddp[middle], x) + cross(dp[middle], dx)
         g = unit(w)
-        side = np.cross(unit(dp[middle]), g)
+        side = cross(unit(dp[middle]), g)
         return g, side, -dot(dw, side) / np.linalg.norm(w, axis=-1)
 
     turn = antiderivative(lambda u: reference(u)[2], model.segments)
@@ -176,7 +191,11 @@ def circular_normals(model: EdgeCurves) -> Axes:
     if model.closed_u:
         ends = raw(np.array([0.0, float(model.segments)]), phi0)
         off = max(off, float(np.abs(ends[:, 1] - ends[:, 0]).max()))
-    return Axes("circular", lambda u: raw(u, phi0), float(off))
+
+    def single(i: int) -> Field:
+        return lambda u: raw(u, phi0)[i]
+
+    return Axes("circular", lambda u: raw(u, phi0), single, float(off))
 
 
 def mirrored(n: Array, e: Array) -> Array:

@@ -20,7 +20,15 @@ from typing import Protocol
 
 import numpy as np
 
+from fabgeo import spline
 from fabgeo.arrays import Array, dot, unit
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross products along the last axis (three times as quick as numpy's)."""
+    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
+    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
 
 
 class EdgeCurves(Protocol):
@@ -113,6 +121,65 @@ class Frames:
         return range(len(self.p)) if self.closed_i else range(1, len(self.p) - 1)
 
 
+@dataclass(frozen=True)
+class Rows:
+    """Some consecutive edges of a model as a model of their own: cheap to evaluate.
+
+    Attributes
+    ----------
+    model : EdgeCurves
+    rows : tuple of int
+        Edge indices in order; of a model closed in i they may pass its seam.
+    """
+
+    model: EdgeCurves
+    rows: tuple[int, ...]
+    closed_i: bool = False
+
+    @property
+    def edges(self) -> int:
+        """Number of edges."""
+        return len(self.rows)
+
+    @property
+    def strips(self) -> int:
+        """Number of strips between them."""
+        return len(self.rows) - 1
+
+    @property
+    def segments(self) -> int:
+        """U runs over [0, segments]."""
+        return self.model.segments
+
+    @property
+    def closed_u(self) -> bool:
+        """Whether edge curves are closed."""
+        return self.model.closed_u
+
+    def points(self, u: Array, derivative: int = 0) -> Array:
+        """Points or u-derivatives (rows, k, 3)."""
+        control = getattr(self.model, "control", None)
+        if control is None:
+            return self.model.points(u, derivative)[list(self.rows)]
+        return spline.evaluate(control[list(self.rows)], u, self.closed_u, derivative)
+
+    def parameters(self, per_segment: int = 4) -> Array:
+        """Evenly spaced parameters."""
+        return self.model.parameters(per_segment)
+
+
+def around(model: EdgeCurves, first: int, last: int) -> tuple[Rows, int]:
+    """Edges `first` to `last` as far as the model has them, and the row of edge `first` + 1.
+
+    For ``around(model, i - 1, i + 1)`` the second value is the row of edge i.
+    """
+    if model.closed_i:
+        rows = tuple(i % model.edges for i in range(first, last + 1))
+        return Rows(model, rows), 1
+    low, high = max(first, 0), min(last, model.edges - 1)
+    return Rows(model, tuple(range(low, high + 1))), first + 1 - low
+
+
 def two_sides(values: Array, closed_i: bool) -> tuple[Array, Array]:
     """Values per edge (edges, ...) as the two sides of every strip, each (strips, ...)."""
     if closed_i:
@@ -135,9 +202,9 @@ def frames(model: EdgeCurves, u: Array) -> Frames:
         t=t,
         e=e,
         length=np.linalg.norm(p1 - p0, axis=-1),
-        m_first=unit(np.cross(t0, e)),
-        m_second=unit(np.cross(t1, e)),
-        m=unit(np.cross(t0 + t1, e)),
+        m_first=unit(cross(t0, e)),
+        m_second=unit(cross(t1, e)),
+        m=unit(cross(t0 + t1, e)),
         closed_i=model.closed_i,
     )
 
@@ -168,8 +235,8 @@ def normal_change(model: EdgeCurves, f: Frames) -> NormalChange:
     de = (chord - dot(chord, f.e)[..., None] * f.e) / f.length[..., None]
     return NormalChange(
         de,
-        _unit_change(np.cross(d0, f.e), np.cross(dd0, f.e) + np.cross(d0, de)),
-        _unit_change(np.cross(d1, f.e), np.cross(dd1, f.e) + np.cross(d1, de)),
+        _unit_change(cross(d0, f.e), cross(dd0, f.e) + cross(d0, de)),
+        _unit_change(cross(d1, f.e), cross(dd1, f.e) + cross(d1, de)),
     )
 
 

@@ -1,4 +1,4 @@
-"""Antiderivatives of smooth functions on [0, m] by Gauss quadrature, exact to rounding.
+"""Antiderivatives of smooth functions on [0, m] by Gauss quadrature.
 
 Every construction that follows a curve (trajectories, rotation-minimising normals, conversions)
 is one quadrature: u -> s0 + integral of f from 0 to u.
@@ -9,21 +9,25 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from fabgeo.arrays import Array
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_NODES, _WEIGHTS = (np.asarray(x, dtype=np.float64) for x in np.polynomial.legendre.leggauss(4))
 
 
 def antiderivative(
-    function: Callable[[Array], Array], segments: int, pieces: int = 4
+    function: Callable[[Array], Array], segments: int, pieces: int = 16
 ) -> Callable[[Array], Array]:
     """The antiderivative of `function` that vanishes at u = 0.
+
+    Integrals to the ends of all pieces are exact to rounding; between them the cubic Hermite
+    interpolant with the exact slopes stands in, with an error of the fourth power of the piece.
 
     Parameters
     ----------
     function : callable
-        (k,) parameters -> (..., k) values, smooth within each knot span.
+        (k,) parameters -> (..., k) values, continuous, and smooth within each knot span.
     segments : int
         Number of unit knot spans.
     pieces : int
@@ -36,21 +40,12 @@ def antiderivative(
     """
     count = segments * pieces
     step = 1.0 / pieces
-    start = np.arange(count) * step
-    sites = start[:, None] + (_NODES + 1.0) * step / 2.0
-    values = function(sites.ravel())
-    values = values.reshape(*values.shape[:-1], count, len(_NODES))
-    parts = np.einsum("...kq,q->...k", values, _WEIGHTS) * step / 2.0
+    ends: Array = np.arange(count + 1, dtype=np.float64) * step
+    sites = ends[:-1, None] + (_NODES + 1.0) * step / 2.0
+    values = function(np.concatenate([sites.ravel(), ends]))
+    inner, slopes = values[..., : sites.size], values[..., sites.size :]
+    inner = inner.reshape(*inner.shape[:-1], count, len(_NODES))
+    parts = np.einsum("...kq,q->...k", inner, _WEIGHTS) * step / 2.0
     total = np.concatenate([np.zeros((*parts.shape[:-1], 1)), np.cumsum(parts, axis=-1)], axis=-1)
-
-    def integral(u: Array) -> Array:
-        u = np.atleast_1d(np.asarray(u, dtype=np.float64))
-        piece = np.clip(np.floor(u * pieces).astype(np.int64), 0, count - 1)
-        left = piece * step
-        half = (u - left) / 2.0
-        inner = left[:, None] + half[:, None] * (_NODES + 1.0)
-        rest = function(inner.ravel())
-        rest = rest.reshape(*rest.shape[:-1], len(u), len(_NODES))
-        return total[..., piece] + np.einsum("...kq,q->...k", rest, _WEIGHTS) * half
-
-    return integral
+    curve = CubicHermiteSpline(ends, total, slopes, axis=-1)
+    return lambda u: np.asarray(curve(np.atleast_1d(u)), dtype=np.float64)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from fabgeo.arrays import Array, dot
-from fabgeo.strips.frames import EdgeCurves, Frames, frames, normal_change
+from fabgeo.strips.frames import EdgeCurves, Frames, cross, frames, normal_change
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ def twist(f: Frames) -> Array:
 def developability(f: Frames) -> Array:
     """Distance of the diagonals (strips, k): L |det(t0, t1, e)| / |(e + t1) x (e - t0)|."""
     t0, t1 = f.sides(f.t)
-    volume = np.abs(dot(np.cross(t0, t1), f.e))
-    base = np.linalg.norm(np.cross(f.e + t1, f.e - t0), axis=-1)
+    volume = np.abs(dot(cross(t0, t1), f.e))
+    base = np.linalg.norm(cross(f.e + t1, f.e - t0), axis=-1)
     return f.length * volume / np.where(base > 0.0, base, 1.0)
 
 
@@ -130,7 +130,7 @@ def circularity(f: Frames) -> Array:
 def geodesic(model: EdgeCurves, f: Frames) -> Array:
     """|kappa_g+ + kappa_g-| L (interior edges, k): geodesic curvatures towards both strips."""
     speed = np.linalg.norm(f.dp, axis=-1)
-    bend = np.cross(f.dp, model.points(f.u, 2)) / np.where(speed > 0.0, speed, 1.0)[..., None] ** 3
+    bend = cross(f.dp, model.points(f.u, 2)) / np.where(speed > 0.0, speed, 1.0)[..., None] ** 3
     m_minus, m_plus = f.at_edges(f.m)
     before, after = f.at_edges(f.length)
     return np.abs(dot(_interior(f, bend), m_minus + m_plus)) * (before + after) / 2.0
@@ -160,7 +160,7 @@ def kink_along(model: EdgeCurves) -> Worst:
 def across_speeds(f: Frames) -> tuple[Array, Array]:
     """Speeds of both ends across the ruling in the strip's orientation (strips, k) each."""
     d0, d1 = f.sides(f.dp)
-    return dot(np.cross(d0, f.e), f.m), dot(np.cross(d1, f.e), f.m)
+    return dot(cross(d0, f.e), f.m), dot(cross(d1, f.e), f.m)
 
 
 def regression(f: Frames) -> Array:
@@ -173,7 +173,7 @@ def regression(f: Frames) -> Array:
 def bending_radius(model: EdgeCurves, f: Frames) -> tuple[Array, Array]:
     """Signed radii (strips, k) at both ends: positive where the strip bends towards its normal."""
     change = normal_change(model, f)
-    side = np.cross(f.e, f.m)
+    side = cross(f.e, f.m)
     out = []
     for d, dm in zip(f.sides(f.dp), (change.m_first, change.m_second), strict=True):
         turn = -dot(dm, side)

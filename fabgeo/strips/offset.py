@@ -15,7 +15,7 @@ from fabgeo import spline
 from fabgeo.arrays import Array, dot
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import Axes, axes
-from fabgeo.strips.frames import frames
+from fabgeo.strips.frames import cross, frames
 from fabgeo.strips.model import StripModel
 
 
@@ -113,7 +113,7 @@ def _errors(
     f, g = frames(base, u), frames(made, u)
     step = g.p - f.p
     turn = np.maximum(
-        np.linalg.norm(np.cross(f.e, g.e), axis=-1), np.linalg.norm(np.cross(f.m, g.m), axis=-1)
+        np.linalg.norm(cross(f.e, g.e), axis=-1), np.linalg.norm(cross(f.m, g.m), axis=-1)
     )
     angle = float(np.degrees(np.arcsin(np.minimum(turn, 1.0))).max())
     d = abs(distance)
@@ -144,7 +144,7 @@ def largest_distance(model: StripModel, field: Axes, sign: float) -> tuple[float
     dn = (field(high) - field(low)) / (high - low)[:, None]
     best = (np.inf, 0, 0.0)
     for dp, change in zip(f.sides(f.dp), f.sides(dn), strict=True):
-        side = np.cross(f.m, f.e)
+        side = cross(f.m, f.e)
         rate = sign * dot(change, side) / dot(dp, side)
         best = min(best, _smallest(rate, u))
     n0, n1 = f.sides(n)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from fabgeo.arrays import Array, set_frozen, unit
+from fabgeo.strips.frames import cross
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def oriented_box(points: Array) -> Box:
     # Thick directions cannot win: try the normals with the thinnest slabs first.
     slab = np.ptp(corners @ unit(normals).T, axis=0)
     best = None
-    for n in unit(normals[np.argsort(slab)[:24]]):
+    for n in unit(normals[np.argsort(slab)[:8]]):
         box = _on_plane(corners, n, False)
         if best is None or np.prod(box.size) < np.prod(best.size):
             best = box
@@ -58,8 +59,8 @@ def oriented_box(points: Array) -> Box:
 def _on_plane(points: Array, normal: Array, line: bool) -> Box:
     """Smallest box with one axis along `normal`."""
     least: Array = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    x = unit(np.cross(normal, least))
-    y = np.cross(normal, x)
+    x = unit(cross(normal, least))
+    y = cross(normal, x)
     flat = np.stack([points @ x, points @ y], axis=1)
     if line:
         far = int(np.argmax(np.linalg.norm(flat - flat.mean(axis=0), axis=1)))

@@ -25,7 +25,7 @@ import numpy as np
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.strips.axes import lean
-from fabgeo.strips.frames import frames
+from fabgeo.strips.frames import cross, frames
 from fabgeo.strips.interpolated import interpolated, knots_between
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
@@ -142,7 +142,7 @@ def layer_edges(
     for side, sign in ((0, 1.0), (1, -1.0)):
         t = f.t[row + side]
         # Square to the edge on the developed strip: the ruling meets the edge at angle phi.
-        sine = dot(np.cross(t, e), m)
+        sine = dot(cross(t, e), m)
         along = take[side] / sine if sides == "parallel" else np.full(len(u), take[side])
         step = height * a[row + side] + sign * along
         ends.append(f.p[row + side] + height * m + step[:, None] * e)
@@ -161,7 +161,7 @@ def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: f
     )
     x = layer_edges(local, us, height, (0.0, 0.0), "ruling", f"strip {strip}")
     f = frames(local.model, np.array([u]))
-    side = np.cross(f.e[local.row, 0], f.m[local.row, 0])
+    side = cross(f.e[local.row, 0], f.m[local.row, 0])
     speed = np.abs((x[:, 1] - x[:, 0]) @ side / (us[1] - us[0])).min()
     return distance / float(speed)
 
@@ -202,7 +202,7 @@ def _refuse_regressive(mid: RuledPatch, mark: str, height: float) -> None:
     da, db = mid.edges(u, 1)
     e = unit(b - a)
     m = ruled_normals(mid, u)
-    side = np.cross(e, m)
+    side = cross(e, m)
     speeds = np.stack([dot(da, side), dot(db, side)])
     if np.any(speeds <= 0.0):
         raise GeometryError(

@@ -16,6 +16,7 @@ from scipy.interpolate import BSpline
 
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.errors import GeometryError
+from fabgeo.strips.frames import cross
 from fabgeo.strips.interpolated import interpolated
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate, Prism
@@ -38,7 +39,7 @@ def ruled_normals(patch: RuledPatch, u: Array) -> Array:
     da, db = patch.edges(u, 1)
     across: Array = unit(da) + unit(db)
     chord: Array = b - a
-    return unit(np.cross(across, chord))
+    return unit(cross(across, chord))
 
 
 def plate_prism(plate: Plate, tolerance: float = 1e-3) -> Prism:
@@ -118,7 +119,7 @@ def _quad_properties(prism: Prism) -> tuple[float, Array, float]:
     xu = np.einsum("nkd,nvw->kvwd", dp, shape)
     xv = np.einsum("nkd,nvw->kvwd", p, along_v)
     xw = np.einsum("nkd,nvw->kvwd", p, along_w)
-    det = dot(np.cross(xu, xv), xw)
+    det = dot(cross(xu, xv), xw)
     measure = det * weight[:, None, None] * (sw[:, None] * sw)
     volume = float(measure.sum())
     centre = np.einsum("kvw,kvwd->d", measure, x) / volume
@@ -134,7 +135,7 @@ def _corner_determinants(prism: Prism) -> Array:
     p, dp = _curves(prism, u), _curves(prism, u, 1)
     xv = np.stack([p[1] - p[0], p[1] - p[0], p[2] - p[3], p[2] - p[3]])
     xw = np.stack([p[3] - p[0], p[2] - p[1], p[2] - p[1], p[3] - p[0]])
-    return dot(np.cross(dp, xv), xw)
+    return dot(cross(dp, xv), xw)
 
 
 def _polygon_properties(prism: Prism) -> tuple[float, Array, float]:
@@ -150,7 +151,7 @@ def _polygon_properties(prism: Prism) -> tuple[float, Array, float]:
             side = p - o + b * (q - p)
             x = o + a * side
             xu = do + a * (dp - do + b * (dq - dp))
-            det = dot(np.cross(xu, side), a * (q - p))
+            det = dot(cross(xu, side), a * (q - p))
             measure = det * weight * wa * wb
             total += float(measure.sum())
             moment += np.einsum("nk,nkd->d", measure, x)

@@ -1,0 +1,127 @@
+"""Clashes between fixings, panels and beams, found on oriented boxes and edge distances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from fabgeo.arrays import Array, unit
+from fabgeo.strips.frames import cross
+from fabgeo.structures.connectors import Fixing
+from fabgeo.structures.parts import Beam, Connector, Plate
+
+
+@dataclass(frozen=True)
+class Clash:
+    """Two parts that meet where they must not, and by how much (mm)."""
+
+    first: str
+    second: str
+    reason: str
+    depth: float
+
+
+def clashes(
+    connectors: Sequence[Connector],
+    products: Mapping[str, Fixing],
+    panels: Sequence[Plate],
+    beams: Sequence[Beam],
+) -> list[Clash]:
+    """Fixings that overlap each other, stick out of their panel, or overhang their flange."""
+    plates = {panel.mark: panel for panel in panels}
+    flanges = {
+        beam.mark: plate for beam in beams for plate in beam.plates if plate.role == "flange_outer"
+    }
+    found = _between(connectors, products, plates)
+    for connector in connectors:
+        fixing = products[connector.product]
+        frame = connector.frame
+        height = (fixing.stand_off + plates[connector.panel].thickness / 2.0) * frame[:3, 2]
+        room = edge_room(plates[connector.panel], frame[:3, 3] + height)
+        if room < fixing.disc_diameter / 2.0:
+            depth = fixing.disc_diameter / 2.0 - room
+            found.append(Clash(connector.mark, connector.panel, "disc beyond panel edge", depth))
+        corners = base_corners(frame, fixing)
+        room = min(edge_room(flanges[connector.beam], corner) for corner in corners)
+        if room < 0.0:
+            found.append(
+                Clash(connector.mark, connector.beam, "base plate overhangs its flange", -room)
+            )
+    return found
+
+
+def base_corners(frame: Array, fixing: Fixing) -> Array:
+    """Corners (4, 3) of the base plate's underside."""
+    x, y, origin = frame[:3, 0], frame[:3, 1], frame[:3, 3]
+    a, b = fixing.base_length / 2.0, fixing.base_width / 2.0
+    return np.array(
+        [origin + s * a * x + t * b * y for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    )
+
+
+def edge_room(plate: Plate, point: Array) -> float:
+    """Distance from a point to the nearest edge of a plate, within its tangent plane there.
+
+    Negative outside.
+    """
+    u = plate.mid.parameters(8)
+    a, b = plate.mid.edges(u)
+    outline = np.concatenate([a, b[::-1]])
+    k = int(np.argmin(np.linalg.norm((a + b) / 2.0 - point, axis=1)))
+    k = min(max(k, 0), len(u) - 2)
+    e = unit(b[k] - a[k])
+    along: Array = a[k + 1] + b[k + 1] - a[k] - b[k]
+    side = unit(along - (along @ e) * e)
+    x = (outline - point) @ np.stack([side, e], axis=1)  # the outline around the point, in plane
+    d = np.roll(x, -1, axis=0) - x
+    t = np.clip(-np.sum(x * d, axis=1) / np.maximum(np.sum(d * d, axis=1), 1e-300), 0.0, 1.0)
+    distance = float(np.linalg.norm(x + t[:, None] * d, axis=1).min())
+    angles = np.arctan2(
+        x[:, 0] * np.roll(x[:, 1], -1) - x[:, 1] * np.roll(x[:, 0], -1),
+        np.sum(x * np.roll(x, -1, axis=0), axis=1),
+    )
+    return distance if abs(angles.sum()) > np.pi else -distance
+
+
+def _between(
+    connectors: Sequence[Connector], products: Mapping[str, Fixing], plates: Mapping[str, Plate]
+) -> list[Clash]:
+    if len(connectors) < 2:
+        return []
+    boxes = [_box(c.frame, products[c.product], plates[c.panel].thickness) for c in connectors]
+    centres = np.array([centre for centre, _, _ in boxes])
+    reach = max(float(np.linalg.norm(half)) for _, _, half in boxes)
+    out = []
+    for i, j in sorted(KDTree(centres).query_pairs(2.0 * reach)):
+        depth = overlap(boxes[i], boxes[j])
+        if depth > 0.0:
+            first, second = connectors[i].mark, connectors[j].mark
+            out.append(Clash(first, second, "fixings overlap", depth))
+    return out
+
+
+def _box(frame: Array, fixing: Fixing, panel: float) -> tuple[Array, Array, Array]:
+    """Centre, axes (rows) and half sizes of a fixing's bounding box."""
+    height = fixing.stand_off + panel + fixing.disc_thickness
+    half = np.array(
+        [
+            max(fixing.base_length, fixing.disc_diameter) / 2.0,
+            max(fixing.base_width, fixing.disc_diameter) / 2.0,
+            height / 2.0,
+        ]
+    )
+    return frame[:3, 3] + frame[:3, 2] * half[2], frame[:3, :3].T, half
+
+
+def overlap(first: tuple[Array, Array, Array], second: tuple[Array, Array, Array]) -> float:
+    """Depth by which two oriented boxes overlap (separating axes); negative if apart."""
+    (c1, a1, h1), (c2, a2, h2) = first, second
+    crossed = cross(np.repeat(a1, 3, axis=0), np.tile(a2, (3, 1)))
+    axes = np.concatenate([a1, a2, crossed])
+    length = np.linalg.norm(axes, axis=1)
+    axes = axes[length > 1e-9] / length[length > 1e-9][:, None]
+    reach = np.abs(axes @ a1.T) @ h1 + np.abs(axes @ a2.T) @ h2
+    return float((reach - np.abs(axes @ (c2 - c1))).min())
