@@ -5,6 +5,9 @@ rational ones) and hands over the trimming curves in parameters. Nothing is sewn
 what the kernel's own translation does.
 """
 
+# The kernel's binding ships no type stubs.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -17,10 +20,16 @@ from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.surfaces.nurbs import NurbsFace
 
-LINE_SAMPLES = 2
 CURVE_SAMPLES = 48  # per polynomial piece of a trimming curve
 MOST_SAMPLES = 2000
 LARGEST_FILE = 1 << 30
+UNIT_WORDS = {
+    "millimetre": "mm",
+    "centimetre": "cm",
+    "metre": "m",
+    "inch": "in",
+    "foot": "ft",
+}
 
 
 def read_step(path: str | Path, faces: Sequence[int | str] | None = None) -> list[NurbsFace]:
@@ -37,22 +46,41 @@ def read_step(path: str | Path, faces: Sequence[int | str] | None = None) -> lis
     InputError
         If the file can't be read, holds no face, or a chosen face isn't there.
     """
-    from OCP.STEPCAFControl import STEPCAFControl_Reader
-
-    reader = STEPCAFControl_Reader()
-    reader.SetColorMode(True)
-    reader.SetNameMode(True)
-    return _read(Path(path), reader, "STEP", faces)
+    return read_with_unit(path, faces)[0]
 
 
 def read_iges(path: str | Path, faces: Sequence[int | str] | None = None) -> list[NurbsFace]:
     """Faces of an IGES file (see `read_step`)."""
-    from OCP.IGESCAFControl import IGESCAFControl_Reader
+    return read_with_unit(path, faces)[0]
 
-    reader = IGESCAFControl_Reader()
+
+def read_with_unit(
+    path: str | Path, faces: Sequence[int | str] | None = None
+) -> tuple[list[NurbsFace], str]:
+    """Faces of a STEP or IGES file in millimetres, and the unit the file is written in."""
+    from OCP.IGESCAFControl import IGESCAFControl_Reader
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+
+    path = Path(path)
+    iges = path.suffix.lower() in (".iges", ".igs")
+    reader = IGESCAFControl_Reader() if iges else STEPCAFControl_Reader()
     reader.SetColorMode(True)
     reader.SetNameMode(True)
-    return _read(Path(path), reader, "IGES", faces)
+    found = _read(path, reader, "IGES" if iges else "STEP", faces)
+    return found, "its own unit" if iges else _step_unit(reader)
+
+
+def _step_unit(reader: Any) -> str:
+    """The unit of length that most of a STEP file's shapes are written in."""
+    from OCP.TColStd import TColStd_SequenceOfAsciiString
+
+    lengths, angles, solid_angles = (TColStd_SequenceOfAsciiString() for _ in range(3))
+    reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
+    names = [lengths.Value(k).ToCString().lower() for k in range(1, lengths.Length() + 1)]
+    if not names:
+        return "its own unit"
+    word = max(names, key=names.count)
+    return UNIT_WORDS.get(word, word)
 
 
 def checked_file(path: Path) -> Path:
@@ -256,7 +284,7 @@ def _edge_points(edge: Any, face: Any) -> Array:
     straight = kind == GeomAbs_Line or (
         kind in (GeomAbs_BSplineCurve, GeomAbs_BezierCurve) and curve.Degree() == 1 and pieces == 1
     )
-    count = LINE_SAMPLES if straight else min(CURVE_SAMPLES * pieces + 1, MOST_SAMPLES)
+    count = 2 if straight else min(max(CURVE_SAMPLES * pieces, 512), MOST_SAMPLES) + 1
     values = [curve.Value(t) for t in np.linspace(first, last, count)]
     points = np.array([[p.X(), p.Y()] for p in values])
     return points[::-1] if edge.Orientation() == TopAbs_REVERSED else points

@@ -14,6 +14,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -175,7 +176,7 @@ def _checked_faces(name: str, vertices: Array, faces: list[list[int]]) -> list[l
         if len(corners) <= 4:
             checked.append(corners)
         else:
-            checked += [[corners[0], b, c] for b, c in zip(corners[1:], corners[2:], strict=False)]
+            checked += [[corners[0], b, c] for b, c in pairwise(corners[1:])]
     return checked
 
 

@@ -56,8 +56,8 @@ def parse_obj(name: str, text: str) -> tuple[Array, list[list[int]]]:
     """Vertices and 0-based faces of a Wavefront OBJ text.
 
     Only ``v`` and ``f`` lines count; negative indices run backwards from the last vertex; a line
-    that ends with a backslash goes on in the next. Polylines, free-form curves and surfaces, texture
-    and normal indices are passed over.
+    that ends with a backslash goes on in the next. Polylines, free-form curves and surfaces,
+    texture and normal indices are passed over.
     """
     vertices: list[tuple[float, float, float]] = []
     faces: list[list[int]] = []
@@ -87,7 +87,7 @@ def parse_obj(name: str, text: str) -> tuple[Array, list[list[int]]]:
 
 
 def parse_off(name: str, text: str) -> tuple[Array, list[list[int]]]:
-    """Vertices and 0-based faces of an OFF text (also COFF, NOFF: extra numbers are passed over)."""
+    """Vertices and 0-based faces of an OFF text; extra numbers (COFF, NOFF) are passed over."""
     lines = list(_lines(text))
     if not lines or not lines[0][1].split()[0].upper().endswith("OFF"):
         raise InputError(f"{name}, line 1", "expected the word OFF", "is it an OFF file?")

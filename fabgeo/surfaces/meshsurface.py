@@ -22,6 +22,7 @@ from scipy.spatial import KDTree
 from fabgeo.arrays import Array, BoolArray, IntArray, checked, dot, unit
 from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.mesh import Mesh
+from fabgeo.surfaces.units import Unit
 
 NEIGHBOURS = 24  # at most, for one vertex's patch
 CANDIDATES = 8  # triangles looked at for one closest point
@@ -135,6 +136,8 @@ class MeshSurface:
     """
 
     grid = None
+    # The unit of the file it was read from; None if it wasn't.
+    unit: Unit | None = None
 
     def __init__(self, mesh: Mesh, name: str = "mesh") -> None:
         self.mesh = mesh
@@ -164,6 +167,14 @@ class MeshSurface:
     def bounds(self) -> Array:
         """Bounding box (2, 3) of the vertices."""
         return np.stack([self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)])
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the flat triangles."""
+        p = self.mesh.vertices[self.triangles]
+        return float(
+            np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2
+        )
 
     @cached_property
     def loops(self) -> tuple[Array, ...]:

@@ -21,6 +21,7 @@ from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.border import Border
 from fabgeo.surfaces.chart import Chart, Derivatives, foot_points, inside, normals, shape_tensors
 from fabgeo.surfaces.trims import Trim, box_trim, checked_closed
+from fabgeo.surfaces.units import Unit
 
 CHUNK = 20000
 
@@ -39,6 +40,9 @@ class ParametricSurface:
     tolerance : float, optional
         Faces whose borders are closer than this share an edge; default 1e-5 of the size.
     """
+
+    # The unit of the file it was read from; None if it wasn't.
+    unit: Unit | None = None
 
     def __init__(
         self,
@@ -80,6 +84,14 @@ class ParametricSurface:
         """Bounding box (2, 3) of dense samples and the border."""
         points = np.concatenate([*(s.point for s in self._starts), self.border.point])
         return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the trimmed faces, by the midpoint rule over the sample cells."""
+        return sum(
+            float((_cell_areas(c) * _kept(c, t)).sum())
+            for c, t in zip(self.charts, self.trims, strict=True)
+        )
 
     @property
     def loops(self) -> tuple[Array, ...]:
@@ -335,6 +347,18 @@ def _cell_areas(chart: Chart) -> Array:
     d = chart.evaluate(uu.ravel(), vv.ravel())
     area = np.linalg.norm(np.cross(d.u, d.v), axis=1).reshape(nu, nv)
     return area * ((u1 - u0) / nu) * ((v1 - v0) / nv)
+
+
+def _kept(chart: Chart, trim: Trim | None) -> Array | float:
+    """Which sample cells (nu, nv) have their middle inside the trims."""
+    if trim is None:
+        return 1.0
+    nu, nv = _counts(chart)
+    (u0, u1), (v0, v1) = chart.domain
+    u = u0 + (np.arange(nu) + 0.5) * (u1 - u0) / nu
+    v = v0 + (np.arange(nv) + 0.5) * (v1 - v0) / nv
+    uv = np.stack([a.ravel() for a in np.meshgrid(u, v, indexing="ij")], axis=1)
+    return trim.contains(trim.local(chart, uv)).reshape(nu, nv)
 
 
 def _even(chart: Chart, area: Array, wanted: float) -> Array:

@@ -123,7 +123,7 @@ class GridSurface(ParametricSurface):
         mesh: Mesh | None = None,
     ) -> None:
         self.grid = checked("grid", points, (None, None, 3))
-        self.grid_closed = (closed_rows, closed_columns)
+        self.grid_closed = self.closed_i, self.closed_j = closed_rows, closed_columns
         self.mesh = mesh
         least = [3 if c else 2 for c in self.grid_closed]
         if self.grid.shape[0] < least[0] or self.grid.shape[1] < least[1]:
