@@ -14,6 +14,9 @@ disc
     The round clamp plate on the panel's outer face.
 """
 
+# The kernel's binding ships no type stubs.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from fabgeo.arrays import Array, dot, unit
+from fabgeo.cad.sound import cross
 from fabgeo.errors import PartError
 from fabgeo.structures.parts import Hole
 
@@ -170,19 +171,17 @@ class Skin:
         for _ in range(30):
             x, xu, xv = self.at(uv)
             gap = foot + height[:, None] * axis - x
-            normal = np.cross(xu, xv)
+            normal = cross(xu, xv)
             slope = dot(axis, normal)
             rise = dot(gap, normal) / np.where(slope == 0.0, 1e-300, slope)
             moved = gap - rise[:, None] * axis  # in the tangent plane now
             size = dot(normal, normal)
-            step = np.stack(
-                [dot(np.cross(moved, xv), normal), dot(np.cross(xu, moved), normal)], axis=1
-            )
+            step = np.stack([dot(cross(moved, xv), normal), dot(cross(xu, moved), normal)], axis=1)
             new = np.clip(uv + step / size[:, None], self.low, self.high)
             height = height - rise
             change = np.abs((new - uv) / (self.high - self.low)).max()
             uv = new
-            if change < 1e-13:
+            if change < 1e-12:
                 break
         return uv, height
 
@@ -196,7 +195,7 @@ class Skin:
                 f"a hole at {_place(foot[out])} breaks out of the part's edge or misses it",
                 "keep the edge distance",
             )
-        skew = np.abs(dot(unit(np.cross(xu, xv)), axis)) < np.sqrt(0.5)
+        skew = np.abs(dot(unit(cross(xu, xv)), axis)) < np.sqrt(0.5)
         if skew.any():
             raise PartError(
                 self.mark,
