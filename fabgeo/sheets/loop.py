@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.sheets.packing import pack
+from fabgeo.sheets.packing import pack_sheet
 from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.shelf import Layout, fits
 from fabgeo.sheets.stock import Placement, Stock
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fabgeo.sheets.nest import Rules
 
 CANDIDATES = 24
+MOST_TRIES = 12  # a sheet and stock
 
 
 def knapsack_loop(
@@ -74,25 +75,32 @@ def _best_sheet(
     sound: Callable[[Stock, list[Placement]], bool],
 ) -> tuple[Stock, list[Placement]] | None:
     areas = {piece.mark: piece.area for piece in waiting}
-    stocks = [stock for stock in rules.stocks if left[stock.name] != 0]
-    seconds = _share(waiting, stocks, end)
-    if not stocks or (steps is None and seconds < 0.05):
+    able = {
+        stock.name: [piece for piece in waiting if fits(piece, stock, rules.margin)]
+        for stock in rules.stocks
+        if left[stock.name] != 0
+    }
+    stocks = [stock for stock in rules.stocks if able.get(stock.name)]
+    if not stocks:
         return None
+    stop = time.monotonic() + _share(waiting, stocks, end)
     best: tuple[Stock, list[Placement]] | None = None
-    most = 0.0
-    for stock in stocks:
-        able = [piece for piece in waiting if fits(piece, stock, rules.margin)]
-        for _ in range(steps or 1):
-            if not able:
-                break
-            chosen = _draw(able, random)
-            sheets = pack(
-                chosen, stock, rules.spacing, rules.margin, seconds, "knapsack", steps is not None
-            )
-            placed = sheets[0] if sheets else []
-            fill = sum(areas[placement.mark] for placement in placed) / _price(stock)
-            if placed and fill > most and sound(stock, placed):
-                best, most = (stock, placed), fill
+    most, tries = 0.0, 0
+    # Every stock is tried once whatever the clock says, unless the end itself has come.
+    while tries < (steps or MOST_TRIES) * len(stocks):
+        now = time.monotonic()
+        if steps is None and (now >= end or (tries >= len(stocks) and now >= stop)):
+            break
+        stock = stocks[tries % len(stocks)]
+        chosen = _draw(able[stock.name], random)
+        seconds = end - now if steps is None else None
+        placed = pack_sheet(chosen, stock, rules.spacing, rules.margin, seconds)
+        fill = sum(areas[placement.mark] for placement in placed) / _price(stock)
+        if placed and fill > most and sound(stock, placed):
+            best, most = (stock, placed), fill
+        tries += 1
+        if len(chosen) == len(waiting) and tries >= len(stocks):
+            break  # all that waits was on offer: another draw brings nothing new
     return best
 
 
@@ -105,13 +113,10 @@ def _draw(able: list[Piece], random: np.random.Generator) -> list[Piece]:
 
 
 def _share(waiting: list[Piece], stocks: Sequence[Stock], end: float) -> float:
-    """Seconds for one try: what is left over the tries still to come (70 % fill assumed)."""
-    if not stocks:
-        return 0.0
+    """Seconds for one sheet: what is left over the sheets still to come (70 % fill assumed)."""
     area = sum(piece.area for piece in waiting)
     size = float(np.mean([stock.length * stock.width for stock in stocks]))
-    tries = max(1.0, area / (0.7 * size)) * len(stocks)
-    return min(2.0, (end - time.monotonic()) / tries)
+    return (end - time.monotonic()) / max(1.0, area / (0.7 * size))
 
 
 def _price(stock: Stock) -> float:

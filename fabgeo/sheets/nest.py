@@ -13,13 +13,13 @@ steps
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
 from fabgeo.sheets.loop import knapsack_loop
-from fabgeo.sheets.packing import pack
+from fabgeo.sheets.packing import pack_bins
 from fabgeo.sheets.pieces import Piece, piece_of
 from fabgeo.sheets.shelf import Layout, fits, shelves
 from fabgeo.sheets.stock import Nest, Sheet, Stock
@@ -135,16 +135,19 @@ class _Group:
             best = self._better(best, layout)
         return best
 
-    def _engines(self, pieces: list[Piece], end: float, seed: int, steps: int | None):
+    def _engines(
+        self, pieces: list[Piece], end: float, seed: int, steps: int | None
+    ) -> Iterator[Layout]:
+        """Layouts of the engines that suit the group, one after the other until time is up.
+
+        One stock and not too many pieces: all at once for 60 % of the time, then the loop.
+        """
         rules = self.rules
-        if len(rules.stocks) == 1 and len(pieces) <= AT_ONCE:
-            left = end - time.monotonic()
+        if steps is None and len(rules.stocks) == 1 and len(pieces) <= AT_ONCE:
+            seconds = 0.6 * (end - time.monotonic())
             stock = rules.stocks[0]
-            sheets = pack(
-                pieces, stock, rules.spacing, rules.margin, left, deterministic=steps is not None
-            )
+            sheets = pack_bins(pieces, stock, rules.spacing, rules.margin, seconds)
             yield [(stock, sheet) for sheet in sheets]
-            return
         yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
 
     def _sound(self, stock: Stock, placements: list) -> bool:
@@ -208,8 +211,6 @@ class _Group:
 
 
 def _remaining(stocks: Sequence[Stock], used: Layout) -> list[Stock]:
-    from dataclasses import replace
-
     left = []
     for stock in stocks:
         taken = sum(other.name == stock.name for other, _ in used)

@@ -2,10 +2,12 @@
 
 Glossary
 --------
-bin packing
+bins
     All pieces on as few sheets as possible.
-knapsack
-    As much area of the pieces as possible on one sheet.
+sheet
+    As much area of the pieces as possible on one sheet (a knapsack).
+strip
+    All pieces on a strip of fixed width, as short as possible.
 
 The engine rotates a piece about its origin, then adds its `bl_corner`; so do our placements.
 """
@@ -14,56 +16,97 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.stock import Placement, Stock
 
-type Task = Literal["bins", "knapsack"]
+QUEUE = 16  # of the deterministic tree search: 1 CPU second for 24 candidates on a sheet
 
 
-def pack(
+def pack_bins(
+    pieces: Sequence[Piece], stock: Stock, spacing: float, margin: float, seconds: float
+) -> list[list[Placement]]:
+    """All pieces on as few sheets of one stock as found in time: unverified, not reproducible."""
+    irregular = _engine()
+    builder = _asked(irregular, pieces, spacing)
+    builder.set_objective(irregular.Objective.BinPacking)
+    shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
+    most = len(pieces) if stock.quantity is None else min(len(pieces), stock.quantity)
+    builder.add_bin_type(shape, copies=most)
+    parameters = irregular.OptimizeParameters()
+    parameters.verbosity_level = 0
+    parameters.time_limit = max(seconds, 0.1)
+    return _placed(irregular.optimize(builder.build(), parameters).solution, pieces, margin)
+
+
+def pack_sheet(
     pieces: Sequence[Piece],
     stock: Stock,
     spacing: float,
     margin: float,
-    seconds: float,
-    task: Task = "bins",
-    deterministic: bool = False,
-) -> list[list[Placement]]:
-    """Sheets of one stock as PackingSolver lays them: unverified.
+    seconds: float | None = None,
+) -> list[Placement]:
+    """As much area as possible on one sheet by the deterministic tree search: unverified.
 
-    Parameters
-    ----------
-    seconds : float
-        Wall clock; without effect where `deterministic`.
+    Equal input gives equal output unless `seconds` cut it short.
     """
-    irregular: Any = import_module("packingsolver.irregular")
-    builder = irregular.InstanceBuilder()
-    objective = irregular.Objective
-    builder.set_objective(objective.Knapsack if task == "knapsack" else objective.BinPacking)
-    builder.set_item_item_minimum_spacing(spacing)
+    irregular = _engine()
+    builder = _asked(irregular, pieces, spacing)
+    builder.set_objective(irregular.Objective.Knapsack)
     shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
-    copies = 1 if task == "knapsack" else len(pieces)
-    if task == "bins" and stock.quantity is not None:
-        copies = min(copies, stock.quantity)
-    builder.add_bin_type(shape, copies=copies)
+    builder.add_bin_type(shape, copies=1)
+    parameters = _searching(irregular, seconds)
+    sheets = _placed(irregular.optimize(builder.build(), parameters).solution, pieces, margin)
+    return sheets[0] if sheets else []
+
+
+def pack_strip(
+    pieces: Sequence[Piece], width: float, spacing: float, seconds: float
+) -> list[Placement]:
+    """All pieces on a strip of the given width, as short as found in time: unverified."""
+    irregular = _engine()
+    builder = _asked(irregular, pieces, spacing)
+    builder.set_objective(irregular.Objective.OpenDimensionX)
+    reach = sum(float(np.linalg.norm(np.ptp(piece.polygon, axis=0))) for piece in pieces)
+    builder.add_bin_type(irregular.build_rectangle(reach + spacing * len(pieces), width), copies=1)
+    parameters = irregular.OptimizeParameters()
+    parameters.verbosity_level = 0
+    parameters.time_limit = max(seconds, 0.1)
+    sheets = _placed(irregular.optimize(builder.build(), parameters).solution, pieces, 0.0)
+    return sheets[0] if sheets else []
+
+
+def _engine() -> Any:
+    return import_module("packingsolver.irregular")
+
+
+def _asked(irregular: Any, pieces: Sequence[Piece], spacing: float) -> Any:
+    builder = irregular.InstanceBuilder()
+    builder.set_item_item_minimum_spacing(spacing)
     for piece in pieces:
         builder.add_item_type(
             irregular.build_shape([tuple(point) for point in piece.polygon.tolist()]),
             allowed_rotations=_degrees(piece),
             copies=1,
         )
+    return builder
+
+
+def _searching(irregular: Any, seconds: float | None) -> Any:
     parameters = irregular.OptimizeParameters()
     parameters.verbosity_level = 0
-    mode = irregular.OptimizationMode
-    if deterministic:
-        parameters.optimization_mode = mode.NotAnytimeDeterministic
-    else:
+    parameters.optimization_mode = irregular.OptimizationMode.NotAnytimeDeterministic
+    parameters.use_tree_search = True
+    parameters.not_anytime_tree_search_queue_size = QUEUE
+    if seconds is not None:
         parameters.time_limit = max(seconds, 0.1)
-    solution = irregular.optimize(builder.build(), parameters).solution
+    return parameters
+
+
+def _placed(solution: Any, pieces: Sequence[Piece], margin: float) -> list[list[Placement]]:
     return [
         [
             Placement(

@@ -21,7 +21,7 @@ from fabgeo.sheets.biarc import part_contour
 from fabgeo.sheets.contour import Contour
 from fabgeo.sheets.verify import allowed_rotations
 
-GROWTH = 0.2  # mm
+GROWTH = 1.0  # mm; engines slow down with vertices, the loss is a few tenths of a percent
 MOST_VERTICES = 40
 
 

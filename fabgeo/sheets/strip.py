@@ -1,0 +1,167 @@
+"""Strips: all pieces on a coil or board of given width, as short as possible; two engines.
+
+Glossary
+--------
+density
+    Area of the pieces over the strip's width times the length used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabgeo.errors import PartError
+from fabgeo.sheets.packing import pack_strip
+from fabgeo.sheets.pieces import Piece
+from fabgeo.sheets.shelf import shelves
+from fabgeo.sheets.stock import Placement, Sheet, Stock
+from fabgeo.sheets.verify import check_sheet
+
+ENGINES = ("packingsolver", "spyrrow")
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A verified layout on a strip.
+
+    Attributes
+    ----------
+    length : float
+        mm used.
+    density : float
+    placements : tuple of Placement
+    engine : str
+        Which made it: "packingsolver", "spyrrow" or "rows".
+    """
+
+    length: float
+    density: float
+    placements: tuple[Placement, ...]
+    engine: str
+
+
+def nest_strip(
+    pieces: Sequence[Piece],
+    width: float,
+    spacing: float = 0.0,
+    seconds: float = 60.0,
+    seed: int = 0,
+    engines: Sequence[str] = ENGINES,
+) -> Strip:
+    """Lay all pieces (each mark once) on a strip: the shortest verified layout.
+
+    Parameters
+    ----------
+    seconds : float
+        Wall clock, shared evenly by the engines.
+
+    Raises
+    ------
+    PartError
+        If a piece is wider than the strip.
+    """
+    best = _rows(pieces, width, spacing)
+    for engine in engines:
+        share = seconds / len(engines)
+        if engine == "spyrrow":
+            placed = _spyrrow(pieces, width, spacing, share, seed)
+        else:
+            placed = pack_strip(pieces, width, spacing, share)
+        made = _measured(pieces, width, spacing, placed, engine)
+        if made is not None and made.length < best.length:
+            best = made
+    return best
+
+
+def _rows(pieces: Sequence[Piece], width: float, spacing: float) -> Strip:
+    reach = sum(float(np.linalg.norm(np.ptp(p.polygon, axis=0))) + spacing for p in pieces)
+    layout, unplaced = shelves(pieces, [Stock("strip", "", 0.0, reach, width, 1)], spacing, 0.0)
+    placed = layout[0][1] if layout else []
+    made = _measured(pieces, width, spacing, placed, "rows") if not unplaced else None
+    if made is None:  # one after the other always fits, unless a piece is too wide
+        placed = _queue(pieces, width, spacing)
+        made = _measured(pieces, width, spacing, placed, "rows")
+    if made is None:
+        raise PartError("strip", "the pieces laid one after the other fail the check")
+    return made
+
+
+def _queue(pieces: Sequence[Piece], width: float, spacing: float) -> list[Placement]:
+    placements, x = [], 0.0
+    for piece in pieces:
+        for rotation in piece.trials():
+            turned = piece.turned(rotation)
+            low, size = turned.min(axis=0), np.ptp(turned, axis=0)
+            if size[1] <= width:
+                placements.append(
+                    Placement(piece.mark, x - float(low[0]), -float(low[1]), rotation)
+                )
+                x += float(size[0]) + spacing
+                break
+        else:
+            raise PartError(f"part {piece.mark}", f"is wider than the strip of {width:g} mm")
+    return placements
+
+
+def _measured(
+    pieces: Sequence[Piece], width: float, spacing: float, placed: list[Placement], engine: str
+) -> Strip | None:
+    """The layout with its true length, or None if it is not sound."""
+    contours = {piece.mark: piece.contour for piece in pieces}
+    if sorted(p.mark for p in placed) != sorted(contours):
+        return None
+    ends = [contours[p.mark].moved(p.x, p.y, p.rotation).bounds() for p in placed]
+    left, right = min(end[0] for end in ends), max(end[2] for end in ends)
+    shifted = tuple(Placement(p.mark, p.x - left, p.y, p.rotation) for p in placed)
+    length = right - left
+    sheet = Sheet("strip", Stock("strip", "", 0.0, length, width), shifted, 0.0)
+    if check_sheet(sheet, contours, spacing, 0.0):
+        return None
+    area = sum(piece.area for piece in pieces)
+    return Strip(length, area / (length * width), shifted, engine)
+
+
+def _spyrrow(
+    pieces: Sequence[Piece], width: float, spacing: float, seconds: float, seed: int
+) -> list[Placement]:
+    import spyrrow
+
+    items = [
+        spyrrow.Item(
+            str(k),
+            [tuple(point) for point in piece.polygon.tolist()],
+            1,
+            None if piece.rotations is None else np.degrees(piece.rotations).tolist(),
+        )
+        for k, piece in enumerate(pieces)
+    ]
+    config = spyrrow.StripPackingConfig(
+        early_termination=True,
+        min_items_separation=spacing or None,
+        total_computation_time=max(1, int(seconds)),
+        num_workers=2,
+        seed=seed,
+    )
+    solution = spyrrow.StripPackingInstance("strip", width, items).solve(config)
+    return [
+        Placement(
+            pieces[int(item.id)].mark,
+            float(item.translation[0]),
+            float(item.translation[1]),
+            float(np.radians(item.rotation)),
+        )
+        for item in solution.placed_items
+    ]
+
+
+def largest_remnant(sheet: Sheet, pieces: dict[str, Piece]) -> tuple[float, float]:
+    """Length and width of the rectangle left free at the sheet's right end: stock for later."""
+    right = 0.0
+    for p in sheet.placements:
+        polygon = shapely.Polygon(pieces[p.mark].turned(p.rotation))
+        right = max(right, polygon.bounds[2] + p.x)
+    return sheet.stock.length - right, sheet.stock.width
