@@ -241,8 +241,10 @@ def _dated(text: str) -> str:
     if not epoch:
         return text
     day = int(epoch) / 86400.0 + 2440587.5
-    stamp = datetime.fromtimestamp(int(epoch), UTC).isoformat()
-    return text.replace("2451544.5", f"{day:.9f}").replace("2000-01-01T00:00:00+00:00", stamp)
+    stamp = datetime.fromtimestamp(int(epoch), UTC).isoformat(timespec="microseconds")
+    return text.replace("2451544.5", f"{day:.9f}").replace(
+        "2000-01-01T00:00:00.000000+00:00", stamp
+    )
 
 
 def _add_part(space: Any, made: Drawn, placement: Placement, style: DxfStyle) -> None:

@@ -56,6 +56,10 @@ class Piece:
         c, s = np.cos(rotation), np.sin(rotation)
         return self.polygon @ np.array([[c, s], [-s, c]])
 
+    def box(self, rotation: float) -> tuple[float, float, float, float]:
+        """Exact box of the part rotated about the origin: x and y least, x and y greatest."""
+        return self.contour.moved(0.0, 0.0, rotation).bounds()
+
     def trials(self) -> tuple[float, ...]:
         """A few rotations worth trying: those allowed, or the smallest rectangle's."""
         if self.rotations is not None:

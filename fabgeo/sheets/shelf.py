@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.stock import Placement, Stock
 
@@ -61,10 +59,10 @@ def fits(piece: Piece, stock: Stock, margin: float) -> bool:
 
 class _Box:
     def __init__(self, piece: Piece, rotation: float) -> None:
-        turned = piece.turned(rotation)
+        x0, y0, x1, y1 = piece.box(rotation)
         self.mark, self.rotation = piece.mark, rotation
-        self.low = turned.min(axis=0)
-        self.width, self.height = (turned.max(axis=0) - self.low).tolist()
+        self.low = (x0, y0)
+        self.width, self.height = x1 - x0, y1 - y0
 
 
 class _Open:
@@ -87,7 +85,7 @@ class _Open:
         return True
 
     def _put(self, box: _Box, row: list[float], spacing: float) -> None:
-        x, y = row[2] - float(box.low[0]), row[0] - float(box.low[1])
+        x, y = row[2] - box.low[0], row[0] - box.low[1]
         self.placements.append(Placement(box.mark, x, y, box.rotation))
         row[2] += box.width + spacing
 
@@ -110,11 +108,11 @@ def _price(stock: Stock) -> float:
 
 
 def _too_large(piece: Piece, stocks: Sequence[Stock], margin: float) -> str:
-    size = np.ptp(piece.turned(piece.trials()[0]), axis=0)
+    x0, y0, x1, y1 = piece.box(piece.trials()[0])
     largest = max(stocks, key=lambda s: s.length * s.width, default=None)
     if largest is None:
         return "there is no stock of its material and thickness"
     return (
-        f"{size[0]:.0f} x {size[1]:.0f} mm fits no stock: the largest has "
+        f"{x1 - x0:.0f} x {y1 - y0:.0f} mm fits no stock: the largest has "
         f"{largest.length - 2 * margin:.0f} x {largest.width - 2 * margin:.0f} mm within its margin"
     )

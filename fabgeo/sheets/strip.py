@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
 from fabgeo.errors import PartError
 from fabgeo.sheets.packing import pack_strip
@@ -94,13 +93,10 @@ def _queue(pieces: Sequence[Piece], width: float, spacing: float) -> list[Placem
     placements, x = [], 0.0
     for piece in pieces:
         for rotation in piece.trials():
-            turned = piece.turned(rotation)
-            low, size = turned.min(axis=0), np.ptp(turned, axis=0)
-            if size[1] <= width:
-                placements.append(
-                    Placement(piece.mark, x - float(low[0]), -float(low[1]), rotation)
-                )
-                x += float(size[0]) + spacing
+            x0, y0, x1, y1 = piece.box(rotation)
+            if y1 - y0 <= width:
+                placements.append(Placement(piece.mark, x - x0, -y0, rotation))
+                x += x1 - x0 + spacing
                 break
         else:
             raise PartError(f"part {piece.mark}", f"is wider than the strip of {width:g} mm")
@@ -162,6 +158,5 @@ def largest_remnant(sheet: Sheet, pieces: dict[str, Piece]) -> tuple[float, floa
     """Length and width of the rectangle left free at the sheet's right end: stock for later."""
     right = 0.0
     for p in sheet.placements:
-        polygon = shapely.Polygon(pieces[p.mark].turned(p.rotation))
-        right = max(right, polygon.bounds[2] + p.x)
+        right = max(right, pieces[p.mark].box(p.rotation)[2] + p.x)
     return sheet.stock.length - right, sheet.stock.width
