@@ -117,7 +117,10 @@ def fixing_product(
 
 
 def place_connectors(connectors: Sequence[Connector], products: dict[str, Node]) -> list[Node]:
-    """Every connector as an instance of its product.
+    """Every connector as a node of its own mark that holds an instance of its product.
+
+    Some programs (FreeCAD 0.20) show a product's name only, never an instance's: the node in
+    between keeps the mark visible there.
 
     Raises
     ------
@@ -133,9 +136,8 @@ def place_connectors(connectors: Sequence[Connector], products: dict[str, Node])
                 "build it with fixing_product or user_product",
             )
         product = products[connector.product]
-        out.append(
-            Node(connector.mark, instance_of=product, location=connector.frame, layer="connectors")
-        )
+        placed = Node(product.name, instance_of=product, location=connector.frame)
+        out.append(Node(connector.mark, children=(placed,)))
     return out
 
 

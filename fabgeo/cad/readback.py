@@ -195,7 +195,9 @@ class _Tree:
         if not XCAFDoc_ShapeTool.GetReferredShape_s(label, product):
             product = label
         title = _name(product)
-        name = _name(label) or title
+        name = _name(label)
+        if not name or name.isdigit():  # the kernel calls a nameless occurrence by its number
+            name = title
         place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label))
         colour = self._colour(label) or colour
         if XCAFDoc_ShapeTool.IsAssembly_s(product):

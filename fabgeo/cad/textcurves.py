@@ -109,7 +109,8 @@ class Hyperbola:
     def breaks(self, start: Array, end: Array) -> Array:
         """From the start to the end point."""
         local = (np.array([start, end]) - self.frame[:3, 3]) @ self.frame[:3, 1]
-        return np.linspace(*np.arcsinh(local / self.b), 5)
+        first, last = np.arcsinh(local / self.b).tolist()
+        return np.linspace(first, last, 5)
 
 
 @dataclass(frozen=True)

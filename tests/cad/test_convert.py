@@ -1,0 +1,82 @@
+"""The tree as build123d, CadQuery and glb: same geometry, names, colours and places."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cad_helpers import revolution
+
+from fabgeo.cad.assembly import Node
+from fabgeo.cad.convert import of_build123d, to_build123d, to_cadquery
+from fabgeo.cad.glb import write_glb
+from fabgeo.cad.measure import volume
+from fabgeo.cad.mesh import prism_mesh, shape_mesh
+from fabgeo.cad.solids import prism_solid
+
+
+@pytest.fixture(scope="module")
+def tree():
+    product = Node("cell", prism_solid(revolution()), colour=(0.2, 0.4, 0.6))
+    there = np.eye(4)
+    there[2, 3] = 2000.0
+    return Node(
+        "roof",
+        children=(
+            Node("C-1", instance_of=product),
+            Node("level 2", children=(Node("C-2", instance_of=product),), location=there),
+        ),
+    )
+
+
+def test_build123d_shares_the_geometry(tree):
+    compound = to_build123d(tree)
+    assert compound.label == "roof"
+    first, second = compound.leaves
+    assert (first.label, second.label) == ("C-1", "C-2")
+    assert first.wrapped.IsPartner(tree.children[0].instance_of.shape)
+    assert tuple(first.color)[:3] == pytest.approx((0.2, 0.4, 0.6), abs=1e-6)
+    assert pytest.approx(2000.0) == second.center().Z - first.center().Z
+
+
+def test_build123d_and_back(tree):
+    back = of_build123d(to_build123d(tree))
+    assert [p.name for p in back.parts()] == ["C-1", "C-2"]
+    assert next(p.colour for p in back.parts()) == pytest.approx((0.2, 0.4, 0.6), abs=1e-6)
+
+
+def test_cadquery_shares_the_geometry(tree):
+    pytest.importorskip("cadquery")
+    assembly = to_cadquery(tree)
+    assert [child.name for child in assembly.children] == ["C-1", "level 2"]
+    shape = assembly.children[0].obj.wrapped
+    assert shape.IsPartner(tree.children[0].instance_of.shape)
+    box = assembly.toCompound().BoundingBox()
+    assert box.zmax == pytest.approx(3500.0, abs=1.0)
+
+
+def test_meshes_are_closed_and_converge_to_the_volume():
+    trimesh = pytest.importorskip("trimesh")
+    prism = revolution()
+    exact, _ = volume(prism_solid(prism))
+    errors = []
+    for per_span in (4, 8):
+        body = trimesh.Trimesh(*prism_mesh(prism, per_span))
+        assert body.is_watertight
+        errors.append(abs(body.volume / exact - 1.0))
+    assert errors[1] == pytest.approx(errors[0] / 4.0, rel=0.1)
+    body = trimesh.Trimesh(*shape_mesh(prism_solid(prism), 0.1))
+    assert body.is_watertight
+    assert body.volume == pytest.approx(exact, rel=1e-3)
+
+
+def test_glb_holds_names_colours_and_metres(tree, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.load(write_glb(tmp_path / "x.glb", tree))
+    assert {"roof", "C-1", "level 2", "C-2"} <= set(scene.graph.nodes)
+    assert len(scene.geometry) == 1  # the product once
+    low, high = scene.bounds
+    assert high[1] == pytest.approx(3.5, abs=1e-3)  # metres, y up
+    assert low[1] == pytest.approx(-0.1, abs=1e-3)
+    (body,) = scene.geometry.values()
+    linear = ((0.6 + 0.055) / 1.055) ** 2.4
+    assert body.visual.material.baseColorFactor[2] == pytest.approx(255 * linear, abs=1.0)
