@@ -28,8 +28,8 @@ class Block:
     nodes : (k, w) int array
         The nodes that each element depends on; the same array object in every evaluation.
     residual : (k, r) array
-    jacobian : (k, r, w * dim) array
-        Derivatives by the coordinates of the nodes, node after node.
+    jacobian : (dim, k, r, w) array
+        Derivatives by each coordinate of the nodes, coordinate by coordinate.
     """
 
     nodes: IntArray

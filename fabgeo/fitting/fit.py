@@ -151,7 +151,8 @@ class _Fit:
         begin = time.process_time()
         anchor_at = np.array(self.control)
         weight, figures = 1.0, self._figures()
-        anchor = self.options.weights.anchor if self.held.nothing else 0.0
+        whole = self.held.everything(self.level.net)
+        anchor = 0.0 if whole else self.options.weights.anchor
         status, reason = "limited", "the weight of developability has grown to its end"
         for _ in range(self.options.stages):
             solution = self._stage(anchor_at, weight, anchor)

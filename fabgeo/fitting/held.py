@@ -23,10 +23,9 @@ class Held:
     edges: dict[int, Side] = field(default_factory=dict)
     ends: dict[int, Side] = field(default_factory=dict)
 
-    @property
-    def nothing(self) -> bool:
-        """Whether the model is free."""
-        return not self.edges and not self.ends
+    def everything(self, net: Net) -> bool:
+        """Whether the whole border is held, so that the model cannot leave its domain."""
+        return (net.closed_i or len(self.edges) == 2) and (net.closed_u or len(self.ends) == 2)
 
 
 def choose(
@@ -50,17 +49,19 @@ def choose(
         )
     points = Sites.gauss(net, 2).evaluate(control).reshape(net.edges, -1, 3)
     held = Held()
-    if choice in ("auto", "edges", "all") and not net.closed_i:
+    # A principal net is the surface's own: nothing of it can follow a given curve. The edges of a
+    # geodesic net are geodesics, which boundaries seldom are.
+    if choice == "auto" and kind in ("conical", "circular"):
+        return held
+    if (choice in ("edges", "all") or (choice == "auto" and kind != "geodesic")) and (
+        not net.closed_i
+    ):
         for edge in (0, net.edges - 1):
             _hold(held.edges, edge, points[edge], sides, choice == "auto")
-    # A principal net is the surface's own: its ends cannot also follow a given curve.
-    principal = kind in ("conical", "circular")
-    if choice in ("ends", "all") or (choice == "auto" and not principal):
+    if choice in ("ends", "all", "auto"):
         for end in () if net.closed_u else (0, 1):
             polygon = Sites.at_end(net, bool(end)).evaluate(control).reshape(-1, 3)
             _hold(held.ends, end, polygon, sides, choice == "auto")
-    if principal and choice == "auto":
-        held.edges.clear()
     return held
 
 

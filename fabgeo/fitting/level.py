@@ -18,7 +18,7 @@ from fabgeo.fitting.objectives.proximity import EdgeProximity, MiddleProximity
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.problem import StripProblem
 from fabgeo.fitting.quality import KIND_TERM, dense_sites
-from fabgeo.fitting.reference import Reference
+from fabgeo.fitting.reference import Reference, Tracker
 from fabgeo.fitting.samples import Net, Sites
 from fabgeo.strips.model import Kind
 
@@ -34,6 +34,7 @@ class Level:
         self.fine, self.coarse = Sites.gauss(net, 3), Sites.gauss(net, 2)
         self.dense = dense_sites(net)
         self.ends = [] if net.closed_u else [Sites.at_end(net, False), Sites.at_end(net, True)]
+        self.trackers: dict[int, Tracker] = {}
         self._equations: NormalEquations | None = None
 
     def state(self, control: Array) -> State:
@@ -45,7 +46,7 @@ class Level:
     ) -> StripProblem:
         """The functional with its weights; normals for fairness are taken at `control`."""
         objectives = self._objectives(control, start, developability, anchor)
-        return StripProblem(self.net, self.reference, objectives, self.coarse)
+        return StripProblem(self.net, self.reference, objectives, self.coarse, self.trackers)
 
     def equations(self, problem: StripProblem) -> NormalEquations:
         """The normal equations, whose pattern is the same for all stages of the level."""
@@ -63,7 +64,8 @@ class Level:
     def _objectives(
         self, control: Array, start: Array, developability: float, anchor: float
     ) -> list[Objective]:
-        weights, state = self.options.weights, self.state(control)
+        weights = self.options.weights
+        state = State(self.net, control, self.reference, self.trackers)
         normals = state.feet(self.coarse)[0].normal
         step = float(np.linalg.norm(state.at(self.coarse, 1), axis=-1).mean())
         terms: list[tuple[Objective, float]] = [

@@ -23,7 +23,6 @@ type Method = Literal["auto", "banded", "pardiso", "superlu"]
 # about 6,000 unknowns of a strip model, against SuperLU about 20,000.
 BANDED_BEATS_PARDISO = 6e8
 BANDED_BEATS_SUPERLU = 1.2e10
-CHUNK = 4096  # elements whose dense products are held at a time
 
 
 class NormalEquations:
@@ -42,14 +41,13 @@ class NormalEquations:
         self, stencils: Sequence[IntArray], node_count: int, dim: int, method: Method = "auto"
     ) -> None:
         self.node_count, self.dim = node_count, dim
-        unique = {id(s): s for s in stencils}
-        self._kept = list(unique.values())  # ids stay valid while the arrays live
-        pairs = np.unique(np.concatenate([_pair_keys(s, node_count) for s in self._kept]))
+        unique = {id(s): s for s in stencils}.values()
+        pairs = np.unique(np.concatenate([_pair_keys(s, node_count) for s in unique]))
         place, self.bandwidth = _ordering(pairs, node_count, dim)
         first, second = np.divmod(pairs, node_count)
         upper = place[first] <= place[second]
         self._keys = pairs[upper]
-        self._selections = {id(s): self._select(s, place) for s in self._kept}
+        self._selections: dict[int, tuple[IntArray, IntArray]] = {}
         row, column = place[first[upper]], place[second[upper]]
         self.method = self._choose(method)
         self._place = place
@@ -75,51 +73,46 @@ class NormalEquations:
         solver = pardiso() if self.method == "pardiso" else SparseLU
         return (solver or SparseLU)(i.ravel(), j.ravel(), size)
 
-    def _select(self, nodes: IntArray, place: IntArray) -> list[sp.csc_array]:
-        """Where the products of each chunk of elements are added: one 1 in every column."""
-        chunks = []
-        for start in range(0, len(nodes), CHUNK):
-            part = nodes[start : start + CHUNK]
-            a = np.repeat(part, part.shape[1], axis=1).ravel()
-            b = np.tile(part, (1, part.shape[1])).ravel()
-            # Pairs of the lower triangle go to a last row that nobody reads.
-            slot = np.searchsorted(self._keys, a * self.node_count + b)
-            slot = np.where(place[a] <= place[b], slot, len(self._keys)).astype(np.int32)
-            shape = (len(self._keys) + 1, len(slot))
-            entries = (np.ones(len(slot)), slot, np.arange(len(slot) + 1, dtype=np.int32))
-            chunks.append(sp.csc_array(entries, shape=shape))
-        return chunks
+    def _slots(self, nodes: IntArray) -> IntArray:
+        """Where the product of each pair of an element's nodes is added, (k, w, w).
+
+        Pairs of the lower triangle go to one last slot that nobody reads.
+        """
+        a, b = nodes[:, :, None], nodes[:, None, :]
+        slot = np.searchsorted(self._keys, a * self.node_count + b)
+        return np.where(self._place[a] <= self._place[b], slot, len(self._keys))
 
     def assemble(self, blocks: Sequence[Block]) -> Array:
         """Set the matrix J^T J; return the gradient J^T r (node_count, dim)."""
-        matrix = np.zeros((len(self._keys) + 1, self.dim**2))
-        gradient = np.zeros((self.node_count, self.dim))
+        dim, count = self.dim, len(self._keys) + 1
+        matrix = np.zeros((dim, dim, count))
+        gradient = np.zeros((dim, self.node_count))
         together: dict[int, list[Block]] = {}
         for block in blocks:
             together.setdefault(id(block.nodes), []).append(block)
-        for key, group in together.items():
-            nodes = group[0].nodes
-            k, w = nodes.shape
-            flat = np.empty((k, w, self.dim))
-            for c, selection in enumerate(self._selections[key]):
-                part = slice(c * CHUNK, (c + 1) * CHUNK)
-                jacobian = np.concatenate([b.jacobian[part] for b in group], axis=1)
-                residual = np.concatenate([b.residual[part] for b in group], axis=1)
-                transposed = np.swapaxes(jacobian, 1, 2)
-                flat[part] = (transposed @ residual[:, :, None]).reshape(-1, w, self.dim)
-                product = (transposed @ jacobian).reshape(-1, w, self.dim, w, self.dim)
-                product = product.transpose(0, 1, 3, 2, 4).reshape(-1, self.dim**2)
-                matrix += selection @ product
-            for axis in range(self.dim):
-                gradient[:, axis] += np.bincount(
-                    nodes.ravel(), flat[:, :, axis].ravel(), self.node_count
-                )
-        self._matrix = matrix[:-1]
+        for group in together.values():
+            nodes, slots = group[0].nodes, self._slots_of(group[0].nodes)
+            jacobian = np.concatenate([b.jacobian for b in group], axis=2)
+            residual = np.concatenate([b.residual for b in group], axis=1)[:, :, None]
+            transposed = np.swapaxes(jacobian, 2, 3)
+            for c in range(dim):
+                right = (transposed[c] @ residual).ravel()
+                gradient[c] += np.bincount(nodes.ravel(), right, self.node_count)
+                for e in range(dim):
+                    product = (transposed[c] @ jacobian[e]).ravel()
+                    matrix[c, e] += np.bincount(slots, product, count)
+        self._matrix = np.ascontiguousarray(matrix[:, :, :-1].transpose(2, 0, 1))
         first, second = np.divmod(self._keys, self.node_count)
-        diagonal = self._matrix[first == second][:, :: self.dim + 1]
-        self.diagonal = np.zeros((self.node_count, self.dim))
-        self.diagonal[first[first == second]] = diagonal
-        return gradient
+        same = first == second
+        self.diagonal = np.zeros((self.node_count, dim))
+        self.diagonal[first[same]] = np.einsum("kcc->kc", self._matrix[same])
+        return gradient.T
+
+    def _slots_of(self, nodes: IntArray) -> IntArray:
+        """The slots of a stencil, found once; the array is kept so that its id stays its own."""
+        if id(nodes) not in self._selections:
+            self._selections[id(nodes)] = (nodes, self._slots(nodes).ravel())
+        return self._selections[id(nodes)][1]
 
     def solve(self, right: Array, damping: Array | float) -> Array:
         """Solution of (J^T J + damping) step = right, all (node_count, dim).

@@ -41,9 +41,9 @@ class Weights:
     proximity: float = 1.0
     boundary: float = 10.0
     points: float = 10.0
-    fair_edges: float = 1e-3
-    fair_rulings: float = 1e-3
-    widths: float = 1e-3
+    fair_edges: float = 1e-4
+    fair_rulings: float = 1e-4
+    widths: float = 1e-4
     anchor: float = 1e-3
     normal_share: float = 0.03
     boundary_normal_share: float = 0.0

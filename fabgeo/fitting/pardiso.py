@@ -6,6 +6,8 @@ substitution.
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import scipy.sparse as sp
 from pypardiso import PyPardisoSolver
@@ -27,6 +29,8 @@ class Pardiso:
         starts, columns = self._matrix.indptr[:-1], self._matrix.indices
         self._diagonal = starts[columns[starts] == np.arange(size)]
         self._solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
+        # Every new solver searches the whole environment for MKL unless told where it is.
+        os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         self._analysed = False
 
     def solve(self, entries: Array, shift: Array, right: Array) -> Array:

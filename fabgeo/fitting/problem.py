@@ -10,7 +10,7 @@ from fabgeo.arrays import Array, IntArray
 from fabgeo.fitting.blocks import Block
 from fabgeo.fitting.folds import orientation
 from fabgeo.fitting.objectives.base import Objective, State
-from fabgeo.fitting.reference import Reference
+from fabgeo.fitting.reference import Reference, Tracker
 from fabgeo.fitting.samples import Net, Sites
 
 
@@ -25,6 +25,8 @@ class StripProblem:
         Those of weight zero are left out of the sum.
     fold_sites : Sites or None
         Where a step is tested for folds; None tests nothing.
+    trackers : dict, optional
+        Closest points remembered by sites; shared by the stages of a level.
     """
 
     dim = 3
@@ -35,11 +37,13 @@ class StripProblem:
         reference: Reference,
         objectives: Sequence[Objective],
         fold_sites: Sites | None = None,
+        trackers: dict[int, Tracker] | None = None,
     ) -> None:
         self.net, self.reference = net, reference
         self.objectives = list(objectives)
         self.fold_sites = fold_sites
-        self._state: tuple[int, Array, State] | None = None
+        self._trackers = {} if trackers is None else trackers
+        self._state: tuple[Array, State] | None = None
 
     @property
     def node_count(self) -> int:
@@ -53,10 +57,10 @@ class StripProblem:
 
     def state(self, x: Array) -> State:
         """The evaluated model at unknowns `x`; the last one is kept."""
-        if self._state is None or self._state[1] is not x:
+        if self._state is None or self._state[0] is not x:
             control = x.reshape(self.net.edges, self.net.columns, 3)
-            self._state = (0, x, State(self.net, control, self.reference))
-        return self._state[2]
+            self._state = (x, State(self.net, control, self.reference, self._trackers))
+        return self._state[1]
 
     def cost(self, x: Array) -> float:
         """Half of the weighted sum of squares."""

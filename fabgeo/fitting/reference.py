@@ -16,10 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, IntArray, dot, unit
 from fabgeo.surfaces.base import DesignSurface
 
 CORNER = np.cos(np.radians(30.0))  # a boundary that turns more than this has a corner
+
+
+NEAR = 0.02  # in the fit's unit: how far a closest point is carried on by its curvature
 
 
 @dataclass(frozen=True)
@@ -36,15 +39,56 @@ class Reference:
     def __init__(self, surface: DesignSurface, length: float) -> None:
         self.surface, self.length = surface, length
 
-    def feet(self, points: Array) -> Foot:
-        """Closest points of (..., 3) points given in the fit's unit."""
-        found = self.surface.closest(points.reshape(-1, 3) * self.length)
-        point = (found.point / self.length).reshape(points.shape)
-        return Foot(point, found.normal.reshape(points.shape))
+    def tracker(self) -> Tracker:
+        """Closest points that are carried along while points move little."""
+        return Tracker(self.surface, self.length)
 
     def sides(self) -> list[Side]:
         """Smooth boundary pieces, in the fit's unit."""
         return [s for loop in self.surface.loops for s in split(loop / self.length)]
+
+
+class Tracker:
+    """Closest points of points that move little from one call to the next.
+
+    Within `NEAR` of the foot found last, the surface is its osculating paraboloid there: with S
+    the shape tensor and s the tangential way, the foot moves to y + s + n (s . S s) / 2 and the
+    normal to n - S s. What is neglected is of third order, below 1e-8 of a ruling's length.
+    """
+
+    def __init__(self, surface: DesignSurface, length: float) -> None:
+        self._surface, self._length = surface, length
+        self._point = self._normal = np.empty((0, 3))
+        self._shape = np.empty((0, 3, 3))
+
+    def feet(self, points: Array) -> Foot:
+        """Closest points of (..., 3) points, always the same number in the same order."""
+        x = points.reshape(-1, 3)
+        if len(x) != len(self._point):
+            self._point, self._normal = np.empty_like(x), np.empty_like(x)
+            self._shape = np.empty((len(x), 3, 3))
+            self._find(x, np.arange(len(x)))
+        way = self._tangential(x)
+        moved = np.flatnonzero(dot(way, way) > NEAR**2)
+        if len(moved):
+            self._find(x, moved)
+            way[moved] = self._tangential(x)[moved]
+        bend = np.einsum("kij,kj->ki", self._shape, way)
+        rise = 0.5 * dot(way, bend)[:, None]
+        normal = unit(self._normal - bend)
+        foot = self._point + way + rise * self._normal
+        return Foot(foot.reshape(points.shape), normal.reshape(points.shape))
+
+    def _tangential(self, x: Array) -> Array:
+        away = x - self._point
+        return away - dot(away, self._normal)[:, None] * self._normal
+
+    def _find(self, x: Array, which: IntArray) -> None:
+        found = self._surface.closest(x[which] * self._length)
+        self._point[which], self._normal[which] = found.point / self._length, found.normal
+        self._shape[which] = found.shape * self._length
+        # Beside the surface its tangent plane goes on: no curvature to follow.
+        self._shape[which[found.on_boundary]] = 0.0
 
 
 class Side:

@@ -104,14 +104,18 @@ class Sites:
 
         Returns
         -------
-        (n * elements, q * r, width * 12) array
+        (3, n * elements, q * r, width * 4) array
+            By x, y and z of the nodes.
         """
-        parts = [
-            gradient[..., None, :] * self.basis[order][:, :, None, None, :, None]
-            for order, gradient in gradients.items()
-        ]
-        n, elements, q, r, width = parts[0].shape[:5]
-        return sum(parts[1:], parts[0]).reshape(n * elements, q * r, width * 12)
+        n, elements, q, r, width = next(iter(gradients.values())).shape[:5]
+        out = np.empty((3, n, elements, q, r, width, 4))
+        for axis in range(3):
+            parts = (
+                gradient[..., axis, None] * self.basis[order][:, :, None, None, :]
+                for order, gradient in gradients.items()
+            )
+            out[axis] = sum(parts)
+        return out.reshape(3, n * elements, q * r, width * 4)
 
 
 def cross(a: Array, b: Array) -> Array:

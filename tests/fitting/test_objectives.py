@@ -63,9 +63,8 @@ def test_jacobian_is_exact(term, closed):
     objective.weight = 2.5
     block = objective.block(State(net, control, reference))
     step = RNG.standard_normal(control.shape)
-    predicted = np.einsum(
-        "krw,kw->kr", block.jacobian, step.reshape(-1, 3)[block.nodes].reshape(len(block.nodes), -1)
-    )
+    local = step.reshape(-1, 3)[block.nodes]
+    predicted = np.einsum("ckrw,kwc->kr", block.jacobian, local)
     h = 1e-5
     ahead, back = (
         objective.block(State(net, control + s * h * step, reference)).residual for s in (1, -1)

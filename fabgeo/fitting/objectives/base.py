@@ -6,7 +6,7 @@ import numpy as np
 
 from fabgeo.arrays import Array, IntArray
 from fabgeo.fitting.blocks import Block
-from fabgeo.fitting.reference import Foot, Reference
+from fabgeo.fitting.reference import Foot, Reference, Tracker
 from fabgeo.fitting.samples import Net, Sites
 
 
@@ -19,10 +19,20 @@ class State:
     control : (edges, columns, 3) array
         In the fit's unit.
     reference : Reference
+    trackers : dict, optional
+        Closest points remembered by sites from one state to the next; without it every state
+        finds them anew.
     """
 
-    def __init__(self, net: Net, control: Array, reference: Reference) -> None:
+    def __init__(
+        self,
+        net: Net,
+        control: Array,
+        reference: Reference,
+        trackers: dict[int, Tracker] | None = None,
+    ) -> None:
         self.net, self.control, self.reference = net, control, reference
+        self._trackers = {} if trackers is None else trackers
         self._values: dict[tuple[int, int], Array] = {}
         self._feet: dict[int, tuple[Foot, Foot]] = {}
 
@@ -44,7 +54,8 @@ class State:
         if key not in self._feet:
             edge = self.at(sites)
             a, b = self.around(sites, 2)
-            both = self.reference.feet(np.concatenate([edge, (a + b) / 2.0]))
+            tracker = self._trackers.setdefault(key, self.reference.tracker())
+            both = tracker.feet(np.concatenate([edge, (a + b) / 2.0]))
             n = len(edge)
             self._feet[key] = (
                 Foot(both.point[:n], both.normal[:n]),
@@ -109,7 +120,7 @@ class Objective:
         jacobian = self.sites.jacobian(
             {order: g * factor[..., None, None] for order, g in gradients.items()}
         )
-        residual = (values * factor).reshape(jacobian.shape[:2])
+        residual = (values * factor).reshape(jacobian.shape[1:3])
         return Block(self.nodes(), residual, jacobian)
 
     def rms(self, state: State) -> float:
