@@ -47,7 +47,7 @@ def principal_field(at: SurfacePoints, along: Array) -> Array:
     cosine = np.einsum("kai,ki->ka", axes, along)
     which = np.argmax(np.abs(cosine), axis=1)
     row = np.arange(len(which))
-    return axes[row, which] * np.where(cosine[row, which] < 0.0, -1.0, 1.0)[:, None]
+    return axes[row, which] * np.copysign(1.0, cosine[row, which])[:, None]
 
 
 def conjugate_direction(at: SurfacePoints, along: Array) -> Array:

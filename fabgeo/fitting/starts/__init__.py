@@ -11,6 +11,8 @@ from difflib import get_close_matches
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from fabgeo.errors import FabgeoError, InputError
 from fabgeo.fitting.starts.geodesic import geodesic_start
 from fabgeo.fitting.starts.iso import iso_start
@@ -22,6 +24,7 @@ from fabgeo.fitting.starts.quality import Quality, check_folds, quality
 from fabgeo.fitting.starts.sections import sections_start
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
+from fabgeo.surfaces.trace_extension import Extended
 
 # Every method: (surface, strips, segments, direction, seed, **options) -> model, notes.
 _STARTS: dict[str, Callable[..., tuple[StripModel, list[str]]]] = {
@@ -82,6 +85,9 @@ class Start:
         What was tried, best first (one, unless "auto").
     notes : list of str
         What the method found: umbilics, resampling, parameters made conjugate.
+    reference : DesignSurface
+        What to fit the model to: the surface itself, or, where the model overhangs its boundary,
+        the surface with its smooth continuation (`surfaces.trace_extension.Extended`).
     """
 
     model: StripModel
@@ -89,6 +95,12 @@ class Start:
     why: str
     candidates: list[Candidate]
     notes: list[str]
+    reference: DesignSurface
+
+    @property
+    def overhangs(self) -> bool:
+        """Whether the model reaches beyond the boundary, to be trimmed (`strips.trim`)."""
+        return isinstance(self.reference, Extended)
 
 
 def start(
@@ -132,7 +144,14 @@ def start(
     found = quality(model, surface)
     model = _told(model, method, direction, notes)
     candidate = Candidate(method, direction or "", found, "", model, tuple(notes))
-    return Start(model, method, f"{candidate.name} was asked for: {found}", [candidate], notes)
+    return Start(
+        model,
+        method,
+        f"{candidate.name} was asked for: {found}",
+        [candidate],
+        notes,
+        _reference(model, surface),
+    )
 
 
 def _called(
@@ -179,7 +198,14 @@ def _auto(
     if best.model is None or best.score == float("inf"):
         reasons = "; ".join(f"{c.name}: {c.problem}" for c in tried)
         raise InputError(surface.name, f"no start holds on it ({reasons})", "name a method")
-    return Start(best.model, best.method, _why(tried), tried, list(best.notes))
+    return Start(
+        best.model,
+        best.method,
+        _why(tried),
+        tried,
+        list(best.notes),
+        _reference(best.model, surface),
+    )
 
 
 def _plans(surface: DesignSurface, direction: str | None) -> list[tuple[str, str]]:
@@ -188,6 +214,17 @@ def _plans(surface: DesignSurface, direction: str | None) -> list[tuple[str, str
         methods.insert(0, "mesh")
     ways = ["v", "u"] if direction is None else [direction]
     return [(method, way) for method in methods for way in ways]
+
+
+def _reference(model: StripModel, surface: DesignSurface) -> DesignSurface:
+    """The surface, continued if a border of the model lies beside it by a tenth of a ruling."""
+    if not surface.loops:
+        return surface
+    extended = Extended(surface)
+    points = model.points(model.parameters(2))
+    width = float(np.median(np.linalg.norm(np.subtract(*model.pairs(points)), axis=-1)))
+    beyond = extended.beyond(points.reshape(-1, 3))
+    return extended if float(np.quantile(beyond, 0.98)) > 0.1 * width else surface
 
 
 def _why(tried: list[Candidate]) -> str:

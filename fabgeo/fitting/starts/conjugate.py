@@ -14,10 +14,10 @@ in one plane. Between planar parallel sections it says that corresponding tangen
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, identity, kron, vstack
+from scipy.sparse import coo_array, csr_array, eye_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, IntArray, dot, unit
 from fabgeo.fitting.starts.net import Net
 
 LEAST_GAP = 0.35  # of the even spacing: closer stations count as not monotone
@@ -88,7 +88,7 @@ def _solve(
         right = jacobian.T @ residual
         step = np.zeros(t.size)
         weight = damping * float(normal.diagonal().mean())
-        step[free] = spsolve((normal + weight * identity(len(free))).tocsc(), -right)
+        step[free] = spsolve((normal + weight * eye_array(len(free))).tocsc(), -right)
         new = t + step.reshape(t.shape)
         rest, less = total(new)
         if less < value and _gaps(new, net.closed_t).min() > 0.0:
@@ -120,7 +120,7 @@ def _pair_sine(p0: Array, p1: Array, d0: Array, d1: Array) -> Array:
     return dot(np.cross(d0, d1), e) / np.maximum(across, 0.05)
 
 
-def _jacobian(net: Net, s: Array, t: Array, scale: float) -> csr_matrix:
+def _jacobian(net: Net, s: Array, t: Array, scale: float) -> csr_array:
     """By central differences: each residual depends on the two ends of its ruling."""
     h = 1e-4 * scale
     p0, p1, d0, d1 = _sides(net, s, t)
@@ -133,26 +133,26 @@ def _jacobian(net: Net, s: Array, t: Array, scale: float) -> csr_matrix:
     other = ((i + 1) % len(s)) * k + j
     values = np.concatenate([first.ravel(), second.ravel()]) / (2.0 * h)
     place = (np.concatenate([row, row]), np.concatenate([row, other]))
-    return coo_matrix((values, place), shape=(strips * k, t.size)).tocsr()
+    return coo_array((values, place), shape=(strips * k, t.size)).tocsr()
 
 
-def _fairness(shape: tuple[int, int], closed_s: bool, closed_t: bool) -> csr_matrix:
+def _fairness(shape: tuple[int, int], closed_s: bool, closed_t: bool) -> csr_array:
     """Second differences of the parameters along the edges and first ones across."""
     rows, columns = shape
-    along = kron(identity(rows), _difference(columns, 2, closed_t))
-    across = kron(_difference(rows, 1, closed_s), identity(columns))
+    along = kron(eye_array(rows), _difference(columns, 2, closed_t))
+    across = kron(_difference(rows, 1, closed_s), eye_array(columns))
     return vstack([along, 0.3 * across]).tocsr()
 
 
-def _difference(count: int, order: int, closed: bool) -> csr_matrix:
+def _difference(count: int, order: int, closed: bool) -> csr_array:
     weights = {1: (-1.0, 1.0), 2: (1.0, -2.0, 1.0)}[order]
     rows = count if closed else max(count - order, 0)
     row = np.repeat(np.arange(rows), order + 1)
     column = (row + np.tile(np.arange(order + 1), rows)) % count
-    return coo_matrix((np.tile(weights, rows), (row, column)), shape=(rows, count)).tocsr()
+    return coo_array((np.tile(weights, rows), (row, column)), shape=(rows, count)).tocsr()
 
 
-def _free(shape: tuple[int, int], ends: str, closed_t: bool) -> Array:
+def _free(shape: tuple[int, int], ends: str, closed_t: bool) -> IntArray:
     free = np.ones(shape, dtype=bool)
     if not closed_t and ends == "held":
         free[:, [0, -1]] = False

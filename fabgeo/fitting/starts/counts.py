@@ -29,7 +29,7 @@ def counts(
         than a ten-thousandth of the surface's size.
     """
     x = (np.arange(13) + 0.5) / 13.0
-    s, t = np.meshgrid(x, x, indexing="ij")
+    s, t = (np.asarray(a) for a in np.meshgrid(x, x, indexing="ij"))
     across, along = net.evaluate(s, t, 1, 0), net.evaluate(s, t, 0, 1)
     width = float(np.linalg.norm(across, axis=-1).mean())
     length = float(np.linalg.norm(along, axis=-1).mean())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, IntArray, dot
 from fabgeo.fitting.starts.net import interpolate
 
 
@@ -33,7 +33,7 @@ def crossings(rows: Array, columns: Array, steps: int = 8) -> Array:
     return np.where(far[..., None], np.nan, (p + q) / 2.0)
 
 
-def _nearest(rows: Array, columns: Array) -> tuple[Array, Array]:
+def _nearest(rows: Array, columns: Array) -> tuple[IntArray, IntArray]:
     """Indices of the nearest points of every row and column: (R, C) each."""
     place = np.empty((len(rows), len(columns)), dtype=np.int64)
     other = np.empty_like(place)

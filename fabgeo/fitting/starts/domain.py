@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, IntArray, unit
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net
 from fabgeo.fitting.starts.polyline import even
@@ -46,7 +46,7 @@ def net_of_loops(surface: DesignSurface, size: int = 25) -> tuple[Net, str]:
     return net, note
 
 
-def corners_of(loop: Array, window: float = 0.02) -> Array:
+def corners_of(loop: Array, window: float = 0.02) -> IntArray:
     """Indices of four corners of a loop (k, 3), in order.
 
     Where the loop turns most, at least a tenth of its length apart; a loop without clear corners
@@ -69,7 +69,7 @@ def corners_of(loop: Array, window: float = 0.02) -> Array:
     return _rectangle_corners(loop)
 
 
-def _rectangle_corners(loop: Array) -> Array:
+def _rectangle_corners(loop: Array) -> IntArray:
     centre = loop.mean(axis=0)
     _, _, axes = np.linalg.svd(loop - centre, full_matrices=False)
     flat = (loop - centre) @ axes[:2].T
@@ -78,7 +78,7 @@ def _rectangle_corners(loop: Array) -> Array:
     return np.sort(np.argmax(flat @ signs.T, axis=0))
 
 
-def _patch(surface: DesignSurface, loop: Array, corners: Array, size: int) -> Net:
+def _patch(surface: DesignSurface, loop: Array, corners: IntArray, size: int) -> Net:
     sides = [
         even(_between(loop, int(a), int(b)), size)
         for a, b in zip(corners, np.roll(corners, -1), strict=True)

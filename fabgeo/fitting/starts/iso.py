@@ -10,6 +10,7 @@ Directions
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,15 @@ import numpy as np
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.domain import net_of_loops
 from fabgeo.fitting.starts.draw import model_of_net
+from fabgeo.fitting.starts.ends import steep_ends
 from fabgeo.fitting.starts.net import Net
+from fabgeo.fitting.starts.overhang import overhanging
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.trace_chart import Parametrised
+from fabgeo.surfaces.trace_extension import Extended
+
+STEEP_OVERHANG = 0.2
 
 
 def iso_start(
@@ -29,17 +35,40 @@ def iso_start(
     segments: int | None,
     direction: str | None = None,
     seed: Any = None,
+    *,
+    overhang: float | tuple[float, float] | None = None,
     **options: Any,
 ) -> tuple[StripModel, list[str]]:
-    """Edges along iso-parameter curves, rulings made conjugate where that stays monotone."""
+    """Edges along iso-parameter curves, rulings made conjugate where that stays monotone.
+
+    Parameters
+    ----------
+    direction : "v" or "u", optional
+        Along which the edges run, "v" by default.
+    overhang : float or (float, float), optional
+        How far edges reach beyond the boundary at their two ends, in parts of their length. By
+        default 0, but 0.2 at an end whose boundary runs in asymptotic directions (see `ends.py`).
+    """
     net, note = iso_net(surface)
     direction = direction or "v"
     if direction not in ("u", "v"):
         raise InputError("direction", f"expected 'u' or 'v' (edges along it), found {direction!r}")
-    model, notes = model_of_net(
-        net if direction == "v" else net.turned, surface, strips, segments, **options
-    )
-    return model, [note, *notes]
+    net = net if direction == "v" else net.turned
+    steep, told = steep_ends(net, surface)
+    if overhang is None:
+        shares = STEEP_OVERHANG * steep[0], STEEP_OVERHANG * steep[1]
+    else:
+        pair = overhang if isinstance(overhang, Sequence) else (overhang, overhang)
+        shares = float(pair[0]), float(pair[1])
+    if any(shares) and not net.closed_t:
+        reach = Extended(surface)
+        model, notes = model_of_net(
+            overhanging(net, reach, shares), reach, strips, segments, **options
+        )
+        notes.append(f"edges overhang by {100 * shares[0]:.0f} and {100 * shares[1]:.0f} %")
+    else:
+        model, notes = model_of_net(net, surface, strips, segments, **options)
+    return model, [note, *told, *notes]
 
 
 def iso_net(surface: DesignSurface, size: int = 33) -> tuple[Net, str]:

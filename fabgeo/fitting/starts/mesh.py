@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net, model_through
@@ -55,7 +52,5 @@ def mesh_net(surface: Any) -> Net:
             "is no regular quad mesh with rows and columns",
             "choose another start, e.g. 'iso' or 'principal'",
         )
-    points: Array = np.asarray(getattr(grid, "points", grid), dtype=np.float64)
-    closed_i = bool(getattr(grid, "closed_i", getattr(surface, "closed_i", False)))
-    closed_j = bool(getattr(grid, "closed_j", getattr(surface, "closed_j", False)))
-    return Net(points, closed_i, closed_j)
+    closed_rows, closed_columns = getattr(surface, "grid_closed", (False, False))
+    return Net(grid, closed_rows, closed_columns)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net, model_through
+from fabgeo.fitting.store import load_model
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
@@ -15,15 +18,15 @@ def model_start(
     strips: int | None,
     segments: int | None,
     direction: str | None = None,
-    seed: StripModel | None = None,
+    seed: StripModel | str | Path | None = None,
 ) -> tuple[StripModel, list[str]]:
-    """A previous model (the `seed`) with the strips and segments asked for.
+    """A previous model (the `seed`, or its `strips.json`) with the strips and segments asked for.
 
     The same numbers give the same model; doubled segments give it exactly (knot refinement).
     """
-    if not isinstance(seed, StripModel):
+    if seed is None:
         raise InputError("start 'model'", "expected the previous model as seed, found none")
-    previous = seed
+    previous = seed if isinstance(seed, StripModel) else load_model(seed)
     strips, segments = strips or previous.strips, segments or previous.segments
     model = previous
     while model.segments < segments and segments % (2 * model.segments) == 0:

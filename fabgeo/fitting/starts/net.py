@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from fabgeo import spline
 from fabgeo.arrays import Array, set_frozen
@@ -49,7 +50,7 @@ class Net:
         """The same net with rows and columns exchanged: edges along the other family."""
         return Net(np.swapaxes(self.points, 0, 1), self.closed_t, self.closed_s)
 
-    def evaluate(self, s: Array, t: Array, ds: int = 0, dt: int = 0) -> Array:
+    def evaluate(self, s: npt.ArrayLike, t: npt.ArrayLike, ds: int = 0, dt: int = 0) -> Array:
         """Points or derivatives by (s, t), both in [0, 1], of equal shape: (..., 3)."""
         control = self._control
         rows, columns = (

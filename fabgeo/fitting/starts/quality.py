@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, BoolArray, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
@@ -71,7 +71,11 @@ def quality(model: StripModel, surface: DesignSurface, samples: int = 400) -> Qu
             np.linalg.norm(np.cross(normal[0], normal[1]), axis=-1), dot(normal[0], normal[1])
         )
     )
-    folded = _folded(normal, (first + second) / 2.0, surface)
+    middle = surface.closest(((first + second) / 2.0).reshape(-1, 3))
+    folded = _folded(normal, middle.normal.reshape((*length.shape, 3)))
+    beside = middle.on_boundary.reshape(length.shape)
+    if not beside.all():  # what overhangs will be trimmed: its twist does not count
+        twist = np.where(beside, 0.0, twist)
     worst = np.unravel_index(int(np.argmax(twist)), twist.shape)
     place = np.argwhere(folded)
     return Quality(
@@ -85,9 +89,8 @@ def quality(model: StripModel, surface: DesignSurface, samples: int = 400) -> Qu
     )
 
 
-def _folded(normal: Array, middle: Array, surface: DesignSurface) -> Array:
+def _folded(normal: Array, reference: Array) -> BoolArray:
     """Whether either end's normal lies on the other side than the majority: (strips, k)."""
-    reference = surface.closest(middle.reshape(-1, 3)).normal.reshape(middle.shape)
     side = dot(normal, reference[None])
     majority = 1.0 if np.sum(np.sign(side)) >= 0.0 else -1.0
     return np.any(side * majority <= 0.0, axis=0)
@@ -103,7 +106,7 @@ def coverage(model: StripModel, surface: DesignSurface, samples: int = 400) -> f
     across = np.linalg.norm(second - first, axis=-1)
     reach = 0.75 * max(float(np.quantile(along, 0.9)), float(np.quantile(across, 0.9)) / 4.0)
     sag = float(np.quantile(across, 0.9)) / 8.0
-    far, _ = cKDTree(grid.reshape(-1, 3)).query(surface.sample(samples).point)
+    far, _ = KDTree(grid.reshape(-1, 3)).query(surface.sample(samples).point)
     return float(np.mean(far <= np.hypot(reach, sag)))
 
 

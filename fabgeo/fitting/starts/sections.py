@@ -50,12 +50,16 @@ def sections_start(
     heights : array_like, optional
         Heights of the planes along `direction`; evenly spread if there are no sections given.
     """
+    own_sections = getattr(surface, "sections", None)
+    if direction is None and own_sections is not None and seed is None:
+        direction = own_sections.normal
     normal = unit(checked("direction", (0.0, 0.0, 1.0) if direction is None else direction, (3,)))
-    given = seed if seed is not None else getattr(surface, "sections", None)
-    if given is not None and heights is None:
-        net = net_of_sections([checked("section", c, (None, 3)) for c in given], normal)
-        note = f"{len(net.points)} sections given"
-        own = len(net.points) - 1
+    if seed is not None:
+        net = net_of_sections([checked("section", c, (None, 3)) for c in seed], normal)
+        own, note = len(net.points) - 1, f"{len(net.points)} sections given"
+    elif own_sections is not None and heights is None:
+        net = Net(own_sections.grid(AROUND), False, own_sections.closed)
+        own, note = len(net.points) - 1, f"the surface's own {len(net.points)} sections"
     else:
         net, own = cut(surface, normal, strips, heights)
         note = f"{own + 1} planar sections cut"
