@@ -11,7 +11,7 @@ from numpy.polynomial import legendre
 
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.panels.flat import FlatEdge
-from fabgeo.panels.unfold_develop import Development
+from fabgeo.panels.unfold_develop import Development, hermite
 from fabgeo.panels.unfold_quadrature import Quadrature
 from fabgeo.strips.ruled import RuledPatch
 
@@ -176,21 +176,35 @@ def refold_error(
     turns about the ruling by what the normals of the patch turn: between two rulings one screw.
     Best rigid motion onto the patch, then the largest distance of both edge curves.
     """
-    folded = _folded(mid, flat)
-    target = mid.edges(flat.rule.breaks)
+    fine = flat.rule.halved().halved()
+    folded = _folded(mid, fine.breaks, _flat_edges(mid, flat, fine))
+    target = mid.edges(fine.breaks)
     return float(np.linalg.norm(_fitted(folded, target) - target, axis=-1).max())
 
 
-def _folded(mid: RuledPatch, flat: Development) -> Array:
-    """Edge curves (2, k, 3) of the flat part folded about its rulings."""
-    u, e = flat.rule.breaks, unit(flat.edges[1] - flat.edges[0])
-    middle = flat.edges.mean(axis=0)
-    half = np.linalg.norm(flat.edges[1] - flat.edges[0], axis=-1) / 2.0
+def _flat_edges(mid: RuledPatch, flat: Development, fine: Quadrature) -> Array:
+    """Points (2, k, 2) of the delivered edges where the patch has the same arc length."""
+    u = fine.nodes
+    speed = np.linalg.norm(mid.edges(u.ravel(), 1), axis=-1).reshape(2, *u.shape)
+    each = (len(fine.breaks) - 1) // (len(flat.rule.breaks) - 1)
+    edges = []
+    for k in range(2):
+        at = fine.cumulative(speed[k])[1]
+        inner = hermite(flat.arcs[k], flat.edges[k], flat.tangents[k], at[:-1].reshape(-1, each))
+        edges.append(np.concatenate([inner.reshape(-1, 2), flat.edges[k, -1:]]))
+    return np.stack(edges)
+
+
+def _folded(mid: RuledPatch, u: Array, edges: Array) -> Array:
+    """Edge curves (2, k, 3) of flat edges (2, k, 2) at parameters u, folded about their rulings."""
+    e = unit(edges[1] - edges[0])
+    middle = edges.mean(axis=0)
+    half = np.linalg.norm(edges[1] - edges[0], axis=-1) / 2.0
     across = np.stack([e[:, 1], -e[:, 0]], axis=-1)
     nodes = Quadrature(u, 4)
     fold = nodes.cumulative(normals(mid, nodes.nodes.ravel())[1].reshape(nodes.nodes.shape))[1]
     step = np.diff(fold)
-    turn = np.diff(flat.theta)
+    turn = np.diff(np.unwrap(np.arctan2(e[:, 1], e[:, 0])))
     move = np.diff(middle, axis=0)
     local = np.stack([dot(move, across[:-1]), dot(move, e[:-1])], axis=-1)
     motions = _screw(local, turn, step)

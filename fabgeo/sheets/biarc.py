@@ -25,8 +25,8 @@ from fabgeo.errors import GeometryError
 from fabgeo.panels.flat import FlatEdge, FlatPart
 from fabgeo.sheets.contour import Contour
 
-SAMPLES = 8  # dense samples between two points of a flat edge
-TRIALS = (-12.0, -8.0, -5.0, -2.5, 0.0, 2.5, 5.0, 8.0, 12.0)  # first tangents, tolerance / reach
+SAMPLES = 6  # dense samples between two points of a flat edge
+TRIALS = (1.0, 0.75, 1.3, 0.4, 0.0)  # of the even tangent
 
 
 def part_contour(part: FlatPart, tolerance: float = 0.05) -> Contour:
@@ -181,11 +181,10 @@ def _biarcs(points: Array, tangents: Array, tolerance: float, mark: str) -> Arra
 
 
 def _farthest(
-    fits: Callable[[int], Array | None], start: int, last: int
+    fits: Callable[[int], Array | None], start: int, last: int, step: int = 1
 ) -> tuple[int, Array | None]:
     """Largest sample reached from `start` (galloping, then bisection), and what reaches it."""
-    low, best, step = start, None, 1
-    high = last + 1
+    low, best, high = start, None, last + 1
     while low < last:
         to = min(low + step, last)
         made = fits(to)
@@ -208,35 +207,56 @@ def _shortest_chain(points: Array, tangents: Array, tolerance: float, best: Arra
 
     Where the curvature k changes evenly, arcs of length a that leave the curve's tangent by
     k' a^2 / 12 at every joint stay nearest to it: k' a^3 / 125 against k' a^3 / 40 of biarcs with
-    the curve's tangents. One arc's end tangent fixes the next: only the first tangent is free, and
-    is tried at a few angles about the curve's, from both ends.
+    the curve's tangents. One arc's end tangent fixes the next: only the first tangent is free. It
+    is tried about the one that leaves the curve's tangent evenly at both ends of the first arc,
+    from both ends of the curve.
     """
-    back, turned = points[::-1], -tangents[::-1]
-    for p, t, forward in ((points, tangents, True), (back, turned, False)):
-        reach, _ = _farthest(lambda j, p=p, t=t: _arc_fits(p, 0, j, t[0], tolerance), 0, len(p) - 1)
-        if reach == 0:
-            continue
-        size = float(np.linalg.norm(p[reach] - p[0]))
+    for p, t, forward in ((points, tangents, True), (points[::-1], -tangents[::-1], False)):
+        first = _even_tangent(p, t, tolerance)
         for share in TRIALS:
-            first = _turned(t[0], share * tolerance / size)
-            chain = _chain(p, first, tolerance, len(best) - 1)
+            tangent = _turned(t[0], share * first)
+            chain = _chain(p, tangent, tolerance, len(best) - 1)
             if chain is not None:
                 best = chain if forward else _reversed(chain, p[-1])
     return best
 
 
+def _even_tangent(points: Array, tangents: Array, tolerance: float) -> float:
+    """Angle off the curve's tangent that the longest first arc has at both of its ends."""
+    off, last, step = 0.0, len(points) - 1, 1
+    for _ in range(3):
+        tangent = _turned(tangents[0], off)
+        reach, _ = _farthest(
+            lambda j, t=tangent: _arc_fits(points, 0, j, t, tolerance), 0, last, step
+        )
+        if reach == 0:
+            break
+        chord, step = points[reach] - points[0], max(1, reach // 2)
+        leave = np.arctan2(_cross(tangents[0], chord), float(tangents[0] @ chord))
+        arrive = np.arctan2(_cross(chord, tangents[reach]), float(chord @ tangents[reach]))
+        off = float(leave - arrive) / 2.0
+    return off
+
+
+def _cross(a: Array, b: Array) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
 def _chain(points: Array, tangent: Array, tolerance: float, most: int) -> Array | None:
     """Arcs from the first tangent on, each as long as the tube allows; None if over `most`."""
     out: list[Array] = []
-    i, last = 0, len(points) - 1
+    i, last, step = 0, len(points) - 1, 1
     while i < last:
+        if len(out) == most:
+            return None
         reach, made = _farthest(
-            lambda j, i=i, t=tangent: _arc_fits(points, i, j, t, tolerance), i, last
+            lambda j, i=i, t=tangent: _arc_fits(points, i, j, t, tolerance), i, last, step
         )
-        if made is None or len(out) == most:
+        if made is None:
             return None
         out.append(made)
         tangent = _turned(tangent, 4.0 * float(np.arctan(made[2])))
+        step = max(1, 3 * (reach - i) // 4)
         i = reach
     return np.array(out)
 
