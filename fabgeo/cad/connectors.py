@@ -1,15 +1,16 @@
 """The point fixing between a panel and a beam's outer flange as a product (paper, Fig. 9).
 
-Adjustable in three directions: the base plate slides in its own slots along x, its bolts in the
-flange's slots along y, the threaded rod turns along z. The product's origin is on the flange's
-outer face where the rod's axis meets it; z points outwards.
+Adjustable in three directions: the slots of flange and base plate cross each other, and the
+stand-off sleeve turns on the bolt's thread. Origin and axes are those of
+`fabgeo.structures.connectors`: on the flange's outer face, z towards the panel, x along its edge.
 
 Glossary
 --------
-stand-off
-    Clear distance from the flange's outer face to the panel's inner face.
-rod
-    The bolt that carries the panel: from the base plate through stand-off sleeve and panel.
+through bolt
+    Where a hole of the panel and one of the flange are in line: one bolt holds disc, panel,
+    sleeve, base plate and flange, with washers at both ends and a nut under the flange.
+base bolt
+    A hole of the flange alone: a bolt from the base plate through the flange.
 disc
     The round clamp plate on the panel's outer face.
 """
@@ -19,8 +20,7 @@ disc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from OCP.TopoDS import TopoDS_Shape, TopoDS_Solid
@@ -31,89 +31,66 @@ from fabgeo.cad.assembly import FAMILY_COLOURS, Colour, Node
 from fabgeo.cad.measure import bounding_box
 from fabgeo.cad.primitives import cut, cylinder, prism, rectangle, rounded_bar, tube
 from fabgeo.errors import InputError
+from fabgeo.structures.connectors import Fixing, LocalHole
 from fabgeo.structures.parts import Connector
-
-if TYPE_CHECKING:
-    from build123d.topology import Shape
 
 _STEEL: Colour = (0.62, 0.64, 0.67)
 _ZINC: Colour = (0.78, 0.79, 0.80)
+_DISC: Colour = FAMILY_COLOURS["connectors"]
 
 
-def fixing_product(
-    name: str,
-    *,
-    flange: float,
-    panel: float,
-    standoff: float = 25.0,
-    rod: float = 12.0,
-    base: tuple[float, float, float] = (120.0, 60.0, 8.0),
-    base_bolt: float = 10.0,
-    base_pitch: float = 80.0,
-    base_slot: float = 10.0,
-    disc: tuple[float, float] = (60.0, 6.0),
-    library: bool = False,
-) -> Node:
-    """A point fixing of separate solids.
+def fixing_product(fixing: Fixing, *, panel: float, flange: float, library: bool = False) -> Node:
+    """The product of a fixing: separate solids, or what the user's own maker returns.
 
     Parameters
     ----------
-    name : str
-        Key of the product.
-    flange, panel : float
-        Thicknesses that it clamps.
-    standoff : float
-        From the flange's outer to the panel's inner face.
-    rod, base_bolt : float
-        Thread sizes (M) of the rod and of the two base bolts.
-    base : tuple
-        Length along x, width along y and thickness of the base plate.
-    base_pitch, base_slot : float
-        Distance of the two base bolts along x; length that their slots in the base plate add.
-    disc : tuple
-        Diameter and thickness of the clamp disc.
+    fixing : Fixing
+        With its real stand-off.
+    panel, flange : float
+        Thicknesses that it clamps, mm.
     library : bool
         Take bolts, nuts and washers from bd_warehouse (extra ``fasteners``).
 
     Raises
     ------
     InputError
-        If the parts don't fit between flange and panel.
+        If there is no such bolt, or the stand-off leaves no room for the sleeve.
     """
-    length, _, thick = base
-    m, mb = fasteners.metric(rod), fasteners.metric(base_bolt)
-    room = standoff - thick
-    if room < max(mb.head + mb.washer[2], m.nut) or base_pitch + base_slot + mb.flats > length:
+    if fixing.maker is not None:
+        maker = fixing.maker
+        return user_product(fixing.product, lambda: maker(fixing))
+    m = fasteners.metric(fixing.bolt)
+    part = _Fasteners(fixing.bolt, library)
+    thick, top = fixing.base_thickness, fixing.stand_off + panel
+    if fixing.stand_off - thick < 1.0:
         raise InputError(
-            f"connector {name}",
-            f"a stand-off of {standoff:g} mm and a base of {length:g} mm leave no room for "
-            f"M{rod:g} and M{base_bolt:g}",
-            "take a larger stand-off, a longer base or smaller bolts",
+            f"connector {fixing.product}",
+            f"a stand-off of {fixing.stand_off:g} mm leaves no room for a sleeve over the base "
+            f"plate of {thick:g} mm",
+            "take a larger stand-off or a thinner base plate",
         )
-    made: list[Node] = []
+    made = [("base plate", _base_plate(fixing, m.clearance), _STEEL, np.eye(4))]
+    for hole in fixing.panel_holes:
+        at = _at(hole.x, hole.y)
+        sleeve = tube(1.8 * m.size + 4.0, m.clearance, thick, fixing.stand_off)
+        disc = tube(fixing.disc_diameter, m.clearance, top, top + fixing.disc_thickness)
+        made += [("stand-off", sleeve, _STEEL, at), ("disc", disc, _DISC, at)]
+        end = -flange if _below(hole, fixing) else 0.0
+        made += part.bolted(top + fixing.disc_thickness, end, at, nut=_below(hole, fixing))
+    for hole in fixing.flange_holes:
+        if not any(_same(hole, other) for other in fixing.panel_holes):
+            made += part.bolted(thick, -flange, _at(hole.x, hole.y), nut=True)
+    return Node(fixing.product, children=_shared(made), layer="connectors")
 
-    def add(label: str, shape: TopoDS_Shape, colour: Colour, place: Array | None = None) -> None:
-        made.append(Node(label, shape=shape, colour=colour, location=place))
 
-    add("base plate", _base_plate(base, m.size, mb.clearance, base_pitch, base_slot), _STEEL)
-    # The rod is screwed into the base plate, a nut locks it, a sleeve carries the panel.
-    add("stand-off", tube(1.8 * m.size + 4.0, m.size, thick, standoff), _STEEL)
-    top = standoff + panel
-    add("disc", tube(disc[0], m.clearance, top, top + disc[1]), FAMILY_COLOURS["connectors"])
-    part = _library if library else _plain
-    washer = part("washer", rod)
-    grip = top + disc[1] + _height(washer)
-    add("washer", washer, _ZINC, _at(top + disc[1]))
-    add("rod", part("bolt", rod, grip), _ZINC, _at(grip))
-    mirror = np.diag([1.0, -1.0, -1.0, 1.0])
-    w = _height(part("washer", base_bolt))
-    for x in (-base_pitch / 2.0, base_pitch / 2.0):
-        bolt_length = _round_up(thick + flange + 2.0 * w + mb.nut + 2.0 * mb.pitch)
-        add("base washer", part("washer", base_bolt), _ZINC, _at(thick, x))
-        add("base bolt", part("bolt", base_bolt, bolt_length), _ZINC, _at(thick + w, x))
-        add("flange washer", part("washer", base_bolt), _ZINC, _at(-flange - w, x))
-        add("flange nut", part("nut", base_bolt), _ZINC, _at(-flange - w, x) @ mirror)
-    return Node(name, children=_shared(made), layer="connectors")
+def fixing_products(
+    products: Mapping[str, Fixing], *, panel: float, flange: float, library: bool = False
+) -> dict[str, Node]:
+    """All products of a set of fixings (`Fixings.products`) by key, each built once."""
+    return {
+        key: fixing_product(fixing, panel=panel, flange=flange, library=library)
+        for key, fixing in products.items()
+    }
 
 
 def place_connectors(connectors: Sequence[Connector], products: dict[str, Node]) -> list[Node]:
@@ -141,7 +118,7 @@ def place_connectors(connectors: Sequence[Connector], products: dict[str, Node])
     return out
 
 
-def user_product(name: str, make: Callable[[], Shape]) -> Node:
+def user_product(name: str, make: Callable[[], object]) -> Node:
     """A product from a user's function that returns a build123d part.
 
     The part stands like `fixing_product`: origin on the flange's outer face, z outwards.
@@ -151,36 +128,81 @@ def user_product(name: str, make: Callable[[], Shape]) -> Node:
     InputError
         If the function returns no solid.
     """
+    from build123d.topology import Shape
+
     from fabgeo.cad.convert import of_build123d
 
     part = make()
-    if not hasattr(part, "wrapped"):
+    if not isinstance(part, Shape):
         raise InputError(f"connector {name}", f"expected a build123d part, found {type(part)}")
     node = of_build123d(part, name)
     return Node(name, shape=node.shape, children=node.children, colour=node.colour)
 
 
-def _base_plate(
-    base: tuple[float, float, float], bore: float, slot_width: float, pitch: float, slot: float
-) -> TopoDS_Solid:
-    length, width, thick = base
-    z, x = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-    tools: list[TopoDS_Shape] = [
-        rounded_bar(np.array([sign * pitch / 2.0, 0.0, -1.0]), z, x, slot_width, slot, thick + 2.0)
-        for sign in (-1.0, 1.0)
-    ]
-    tools.append(cylinder(bore, -1.0, thick + 1.0))
-    return cut(prism(rectangle(length, width), 0.0, thick), tools, "base plate")
+type _Made = tuple[str, TopoDS_Shape, Colour, Array]
 
 
-def _plain(kind: str, size: float, length: float = 0.0) -> TopoDS_Shape:
-    if kind == "bolt":
-        return fasteners.bolt(size, length)
-    return fasteners.nut(size) if kind == "nut" else fasteners.washer(size)
+class _Fasteners:
+    """Bolts, washers and nuts of one size, plain or from the library."""
+
+    def __init__(self, size: float, library: bool) -> None:
+        self.size, self.library = size, library
+        self.metric = fasteners.metric(size)
+        self.washer = self._part("washer")
+        self.nut = self._part("nut")
+        self.washer_height, self.nut_height = _height(self.washer), _height(self.nut)
+
+    def _part(self, kind: str, length: float = 0.0) -> TopoDS_Shape:
+        if self.library:
+            return fasteners.from_library(kind, self.size, length)
+        if kind == "bolt":
+            return fasteners.bolt(self.size, length)
+        return fasteners.nut(self.size) if kind == "nut" else fasteners.washer(self.size)
+
+    def bolted(self, top: float, bottom: float, at: Array, nut: bool) -> list[_Made]:
+        """Washer and bolt on `top`; at `bottom` washer and nut, or the bolt's end."""
+        w = self.washer_height
+        length = top + w - bottom
+        out: list[_Made] = []
+        if nut:
+            length += w + self.nut_height + 2.0 * self.metric.pitch
+            length = 5.0 * float(np.ceil(length / 5.0))
+            over = np.diag([1.0, -1.0, -1.0, 1.0])  # upside down, growing downwards
+            out.append(("washer", self.washer, _ZINC, at @ _at(z=bottom) @ over))
+            out.append(("nut", self.nut, _ZINC, at @ _at(z=bottom - w) @ over))
+        out.append(("washer", self.washer, _ZINC, at @ _at(z=top)))
+        bolt = self._part("bolt", length)
+        out.append((f"bolt M{self.size:g} x {length:g}", bolt, _ZINC, at @ _at(z=top + w)))
+        return out
 
 
-def _library(kind: str, size: float, length: float = 0.0) -> TopoDS_Shape:
-    return fasteners.from_library(kind, size, length)
+def _same(first: LocalHole, second: LocalHole) -> bool:
+    return abs(first.x - second.x) < 1e-6 and abs(first.y - second.y) < 1e-6
+
+
+def _below(hole: LocalHole, fixing: Fixing) -> bool:
+    return any(_same(hole, other) for other in fixing.flange_holes)
+
+
+def _base_plate(fixing: Fixing, clearance: float) -> TopoDS_Solid:
+    """The base plate; its slots cross those of the flange."""
+    length, width, thick = fixing.base_length, fixing.base_width, fixing.base_thickness
+    z = np.array([0.0, 0.0, 1.0])
+    tools: list[TopoDS_Shape] = []
+    for hole in fixing.flange_holes:
+        across = np.array([-np.sin(hole.angle), np.cos(hole.angle), 0.0])
+        room = min(length, width) - clearance - 8.0
+        slot = min(hole.slot, room)
+        if slot > 0.0:
+            start = np.array([hole.x, hole.y, -1.0])
+            tools.append(rounded_bar(start, z, across, clearance, slot, thick + 2.0))
+        else:
+            tools.append(cylinder(clearance, -1.0, thick + 1.0, hole.x, hole.y))
+    for hole in fixing.panel_holes:
+        if not _below(hole, fixing):  # the bolt is screwed into the plate
+            tools.append(cylinder(fixing.bolt, -1.0, thick + 1.0, hole.x, hole.y))
+    body = prism(rectangle(length, width), 0.0, thick)
+    return cut(body, tools, f"base plate of {fixing.product}") if tools else body
 
 
 def _height(shape: TopoDS_Shape) -> float:
@@ -188,25 +210,19 @@ def _height(shape: TopoDS_Shape) -> float:
     return float(high[2] - low[2])
 
 
-def _round_up(length: float, step: float = 5.0) -> float:
-    return step * float(np.ceil(length / step))
-
-
-def _at(z: float, x: float = 0.0) -> Array:
+def _at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:
     place = np.eye(4)
-    place[[0, 2], 3] = x, z
+    place[:3, 3] = x, y, z
     return place
 
 
-def _shared(nodes: list[Node]) -> tuple[Node, ...]:
-    """Equal parts (by label) as instances of one product; numbered from 1."""
+def _shared(made: Sequence[_Made]) -> tuple[Node, ...]:
+    """Parts of one name as instances of one product; numbered from 2 on."""
     products: dict[str, Node] = {}
-    out = []
-    for node in nodes:
-        product = products.setdefault(
-            node.name, Node(node.name, shape=node.shape, colour=node.colour)
-        )
+    out: list[Node] = []
+    for name, shape, colour, place in made:
+        product = products.setdefault(name, Node(name, shape=shape, colour=colour))
         count = sum(1 for other in out if other.instance_of is product)
-        label = node.name if count == 0 else f"{node.name} {count + 1}"
-        out.append(Node(label, instance_of=product, location=node.location))
+        label = name if count == 0 else f"{name} {count + 1}"
+        out.append(Node(label, instance_of=product, location=place))
     return tuple(out)

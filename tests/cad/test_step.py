@@ -7,13 +7,14 @@ import pytest
 from cad_helpers import plate, quadrature_volume, revolution, square_hole
 
 from fabgeo.cad.assembly import Node
-from fabgeo.cad.connectors import fixing_product, place_connectors, user_product
+from fabgeo.cad.connectors import fixing_product, place_connectors
 from fabgeo.cad.plates import plate_solid
 from fabgeo.cad.readback import read_package_step
 from fabgeo.cad.solids import prism_solid
 from fabgeo.cad.step import write_step
 from fabgeo.cad.steptext import read_step_text
 from fabgeo.errors import InputError
+from fabgeo.structures.connectors import Fixing, LocalHole
 from fabgeo.structures.parts import Connector
 
 NAME = "Dach über Hof, 屋根 𝛼 it's \\ here"
@@ -41,7 +42,7 @@ def roof():
     mid = plate().mid
     holes = [square_hole(mid, 0.2, 0.3), square_hole(mid, 0.3, 0.6, 18.0, 12.0)]
     panel = Node("P-00-00", plate_solid(plate(holes=holes)), colour=(0.1, 0.5, 0.9), layer="panels")
-    fixing = fixing_product("FIX-25", flange=12.0, panel=8.0)
+    fixing = fixing_product(Fixing(name="FIX"), flange=12.0, panel=8.0)
     connectors = [
         Connector(f"K-00-00-{i}", "FIX-25", placed(500.0 * i, 0.3), "P-00-00", "B-00-1")
         for i in range(3)
@@ -72,7 +73,7 @@ def text(written):
 
 
 def test_names_tree_layers_and_colours_survive(parts):
-    assert len(parts) == 3 + 1 + 3 * 13
+    assert len(parts) == 3 + 1 + 3 * 7
     first = parts[0]
     assert first.path == (NAME, "cells", "C-00-00")
     assert first.layers == ("Zellen ß",)
@@ -85,10 +86,10 @@ def test_names_tree_layers_and_colours_survive(parts):
 
 
 def test_equal_connectors_share_one_product(parts, text):
-    rods = [p for p in parts if p.name == "rod"]
+    rods = [p for p in parts if p.name == "bolt M12 x 70"]
     assert len(rods) == 3
     assert rods[0].shape.IsPartner(rods[1].shape)
-    assert sum(1 for s in text.solids if s.product == "rod") == 1
+    assert sum(1 for s in text.solids if s.product == "bolt M12 x 70") == 1
     for k, rod in enumerate(rods):
         np.testing.assert_allclose(
             rod.location[:2, 3], [500.0 * k, 0.0], atol=1e-9
@@ -120,8 +121,8 @@ def test_euler_counts_the_holes(text):
     genus = {s.product: s.genus for s in text.solids}
     assert genus["C-00-00"] == 0
     assert genus["P-00-00"] == 2
-    assert genus["base plate"] == 3
-    assert genus["rod"] == 0
+    assert genus["base plate"] == 1
+    assert genus["bolt M12 x 70"] == 0
     assert genus["washer"] == 1
 
 
@@ -198,15 +199,42 @@ def test_faces_and_edges_in_numbers(parts):
     np.testing.assert_allclose(lengths, sorted(0.3 * np.array([5000, 5100, 5400, 5300])), rtol=1e-6)
 
 
+@pytest.mark.parametrize("holes", [(LocalHole(),), (LocalHole(-25.0), LocalHole(25.0))])
+def test_fixing_clamps_without_overlap(holes):
+    """Solids of one fixing touch but never share volume; nothing enters panel or flange."""
+    from itertools import combinations
+
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
+
+    from fabgeo.cad.kernel import to_location
+    from fabgeo.cad.measure import bounding_box, volume
+
+    fixing = Fixing(base_length=110.0, flange_holes=holes)
+    product = fixing_product(fixing, flange=12.0, panel=8.0)
+    shapes = {n.name: n.instance_of.shape.Moved(to_location(n.location)) for n in product.children}
+    for (first, a), (second, b) in combinations(shapes.items(), 2):
+        shared, _ = volume(BRepAlgoAPI_Common(a, b).Shape())
+        in_thread = {"nut", "bolt"} <= {first.split()[0], second.split()[0]}
+        assert abs(shared) < 1e-6 or in_thread, (first, second)
+    low, high = bounding_box(shapes["disc"])
+    assert (low[2], high[2]) == pytest.approx((33.0, 38.0))
+    low, high = bounding_box(shapes["nut"])
+    assert high[2] == pytest.approx(-12.0 - 2.5)
+
+
 def test_a_user_s_own_connector(tmp_path):
-    def bracket():
+    def bracket(fixing):
         import build123d as b3d
 
-        part = b3d.Pos(0, 0, 12.5) * b3d.Box(40, 40, 25) - b3d.Cylinder(6.5, 100)
+        part = b3d.Pos(0, 0, fixing.stand_off / 2) * b3d.Box(
+            40, 40, fixing.stand_off
+        ) - b3d.Cylinder(6.5, 100)
         part.label = "bracket"
         return part
 
-    product = user_product("OWN", bracket)
+    fixing = Fixing(name="OWN", maker=bracket)
+    product = fixing_product(fixing, flange=12.0, panel=8.0)
+    assert product.name == "OWN-25"
     frame = placed(100.0)
     nodes = place_connectors([Connector("K-1", "OWN", frame, "P", "B")], {"OWN": product})
     (part,) = read_package_step(write_step(tmp_path / "own.step", Node("x", children=tuple(nodes))))
