@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import IntArray
+from fabgeo.arrays import Array, BoolArray, IntArray
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.fit_shape import Targets, fit, start
 from fabgeo.panels.limits import Tolerances
+from fabgeo.panels.made import skew_of
 from fabgeo.panels.pool import CLASSES, Pool, as_fitted
-from fabgeo.panels.samples import PanelInput, Samples, boundary_tilt, sample
+from fabgeo.panels.samples import PanelInput, Samples, boundary_tilt, end_swing, sample
 
-_ROWS = np.array([0.0, 0.5, 1.0])
+_ROWS = np.array([0.0, 1.0])  # along a ruling the distance is nearly linear
 
 
 def targets_of(
-    samples: Samples, deviation_mm: float, edge_mm: float | None, tilt: float | None
+    samples: Samples, deviation_mm: float, edge_mm: float | None, tilt: float | None, swing: Array
 ) -> Targets:
     """Targets that weigh the whole patch, its boundary and the normals along it.
 
@@ -31,18 +33,22 @@ def targets_of(
     tilt : float or None
         Angle that counts as one between fitted and replaced normal on the boundary, radians;
         None: normals are free.
+    swing : (p, 1) array
+        Distance across an end ruling at its ends, between the fitted and the shape's, that counts
+        as one; where normals are free, rulings are too.
     """
     count, s = len(samples), len(samples.t)
     points = samples.points(_ROWS)
-    unit = np.full((count, s, 3), deviation_mm)
+    unit = np.full((count, s, len(_ROWS)), deviation_mm)
     if edge_mm is not None:
         edge = min(edge_mm, deviation_mm)
-        unit[:, :, [0, 2]] = edge
+        unit[:, :, [0, -1]] = edge
         unit[:, [0, -1]] = edge
     whole = Targets.of_points(points.reshape(count, -1, 3), unit.reshape(count, -1))
     if tilt is None:
         return whole
     at, along = boundary_tilt(samples)
+    middle, across, half = end_swing(samples)
     return Targets(
         whole.points,
         whole.unit,
@@ -50,16 +56,22 @@ def targets_of(
         along,
         np.zeros(at.shape[:2]),
         np.full(at.shape[:2], tilt),
+        middle,
+        across,
+        np.zeros(half.shape),
+        swing / half,
     )
 
 
-def measured(panel: IntArray, kind: int, carriers: Carriers, samples: Samples) -> Pool:
+def measured(
+    panel: IntArray, kind: int, carriers: Carriers, samples: Samples, form_mm: float
+) -> Pool:
     """Candidates with their deviations from samples of the same panels."""
     found, bound = deviation(samples, carriers)
     ends = samples.edges[0].reshape(len(samples), -1, 3)
     flange = np.abs(carriers.distance(ends)).max(axis=1)
     kinds = np.full(len(panel), kind, dtype=np.int64)
-    return Pool(panel, kinds, carriers, found, bound, flange)
+    return Pool(panel, kinds, carriers, found, bound, flange, skew_of(samples, carriers, form_mm))
 
 
 def allowed(pool: Pool, tolerances: Tolerances) -> Pool:
@@ -69,24 +81,71 @@ def allowed(pool: Pool, tolerances: Tolerances) -> Pool:
     return pool[np.flatnonzero(good | ~pool.replaced)]
 
 
-def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> tuple[Pool, Samples]:
+@dataclass(frozen=True)
+class OwnCandidates:
+    """What each panel can be by itself.
+
+    Attributes
+    ----------
+    pool : Pool
+        Every panel as fitted, and its shapes within the limits.
+    samples : Samples
+    possible : (p, 4) bool array
+        Whether a class is not excluded by the deviation alone, in the order of CLASSES.
+    fits : tuple of Carriers
+        The closest shape of every class but the last, one a panel.
+    """
+
+    pool: Pool
+    samples: Samples
+    possible: BoolArray
+    fits: tuple[Carriers, ...]
+
+    def closest(self, kind: IntArray) -> Carriers:
+        """The closest shape of each panel in its class (of the last: any)."""
+        carriers = self.fits[-1]
+        for k, fitted in enumerate(self.fits):
+            carriers = fitted.where(kind == k, carriers)
+        return carriers
+
+
+def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> OwnCandidates:
     """Every panel as fitted, and its shapes within the limits: closest, and closest at the joints.
 
-    The closest shape has the smallest largest deviation. The second weighs the boundary and the
-    normals along it so that its neighbours find it where the fitted panel was.
+    The closest shape has the smallest largest deviation. The others weigh the boundary, and the
+    normals along it, so that neighbours find them where the fitted panel was.
     """
     samples = sample([panel.patch for panel in panels])
     size, everyone = samples.size, np.arange(len(panels))
     pool = as_fitted(start(samples))
+    possible = np.ones((len(panels), len(CLASSES)), dtype=bool)
     wishes = (
         (None, None),
         (tolerances.gap_mm / 2.0, None),
         (tolerances.gap_mm / 2.0, tolerances.kink / 2.0),
     )
+    fits = []
     for kind, name in enumerate(CLASSES[:-1]):
         near = start(samples, name)
         for edge, tilt in wishes:
-            targets = targets_of(samples, tolerances.deviation_mm, edge, tilt)
+            free = tolerances.gap_mm / 2.0 + free_swing(near, tolerances.form_mm)[:, None]
+            targets = targets_of(samples, tolerances.deviation_mm, edge, tilt, free)
             near = fit(targets, near, name, size)
-            pool = pool.with_more(allowed(measured(everyone, kind, near, samples), tolerances))
-    return pool, samples
+            if edge is None:
+                fits.append(near)
+                possible[:, kind] = power_mean(targets.residuals(near)[0]) <= 1.0
+            pool = pool.with_more(
+                allowed(measured(everyone, kind, near, samples, tolerances.form_mm), tolerances)
+            )
+    return OwnCandidates(pool, samples, possible, tuple(fits))
+
+
+def free_swing(carriers: Carriers, form_mm: float) -> Array:
+    """Distance (p,) by which the ends of a line may leave a ruling within the form tolerance."""
+    # The sag w^2 kappa / 8 of the whole width w: half of it at either end.
+    return np.minimum(np.sqrt(2.0 * form_mm / np.maximum(np.abs(carriers.k), 1e-12)), 1e4)
+
+
+def power_mean(residuals: Array, power: float = 16.0) -> Array:
+    """Power mean (p,) of residuals: at the p-norm's minimum no fit has a smaller largest one."""
+    return (np.abs(residuals) ** power).mean(axis=1) ** (1.0 / power)

@@ -77,7 +77,7 @@ class Carriers:
 
     def local(self, points: Array) -> Array:
         """World points (p, s, 3) in the carriers' frames."""
-        return np.einsum("pij,psj->psi", self.frame, points - self.origin[:, None])
+        return (points - self.origin[:, None]) @ self.frame.transpose(0, 2, 1)
 
     def world(self, points: Array) -> Array:
         """Local points (p, s, 3) in the world."""
@@ -85,7 +85,7 @@ class Carriers:
 
     def vectors(self, local: Array) -> Array:
         """Local vectors (p, s, 3) in the world."""
-        return np.einsum("pij,psi->psj", self.frame, local)
+        return local @ self.frame
 
     def distance(self, points: Array) -> Array:
         """Signed distance (p, s) of world points (p, s, 3)."""
@@ -137,7 +137,7 @@ class Carriers:
         x, y, z, big_e, q = self._terms(points)
         k, g, w = self.k[:, None], self.g[:, None], q + big_e
         normal = self._local_normal(points)
-        c = np.einsum("pij,psj->psi", self.frame, along)
+        c = along @ self.frame.transpose(0, 2, 1)
         circle = np.stack([-g * y, big_e, -k * y], -1) / q[..., None]
         hessian = (k / q * np.einsum("psi,psi->ps", circle, c))[..., None] * circle  # H c
         local = np.stack([x, y, z], -1)
@@ -165,6 +165,25 @@ class Carriers:
             [-hessian[..., 2:], turning, by[0][..., None], by[1][..., None]], axis=-1
         )
         return np.einsum("psi,psi->ps", normal, c), jacobian
+
+    def swing_derivatives(self, points: Array, along: Array) -> tuple[Array, Array]:
+        """Component (p, t) of the ruling along world vectors (p, t, 3), derivatives (p, t, 6).
+
+        Of the ruling a + g X through points X taken to lie on the carrier.
+        """
+        local = self.local(points)
+        c = along @ self.frame.transpose(0, 2, 1)
+        g = self.g[:, None, None]
+        ray = np.array([1.0, 0.0, 0.0]) + g * local
+        length = np.linalg.norm(ray, axis=-1, keepdims=True)
+        ray = ray / length
+        swing = np.einsum("psi,psi->ps", ray, c)
+        free = (c - swing[..., None] * ray) / length  # how the component follows the ray
+        # A rotation w moves the local point by -w x X and the local c by -w x c.
+        turning = -g * np.cross(local, free) - np.cross(c, ray)
+        by_g = np.einsum("psi,psi->ps", free, local)[..., None]
+        shift = -g * free[..., 2:]
+        return swing, np.concatenate([shift, turning, np.zeros_like(by_g), by_g], axis=-1)
 
     def moved(self, step: Array) -> Carriers:
         """Carriers after a step (p, 6) in the order of `derivatives`."""
@@ -196,7 +215,8 @@ class Carriers:
         return k, g, np.hypot(k, g)
 
     def _terms(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
-        x, y, z = np.moveaxis(self.local(points), -1, 0)
+        local = self.local(points)
+        x, y, z = local[..., 0], local[..., 1], local[..., 2]
         big_e = 1.0 + self.g[:, None] * x + self.k[:, None] * z
         q = np.sqrt(big_e**2 + (self.k**2 + self.g**2)[:, None] * y * y)
         return x, y, z, big_e, q

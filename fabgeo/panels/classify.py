@@ -11,15 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray, dot, unit
 from fabgeo.panels.candidates import own_candidates
+from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.forming import Forming, Sheet, forming_of
 from fabgeo.panels.joints import Joints, joints_of
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.made import as_made
+from fabgeo.panels.pairs import greedy, pairs_of
 from fabgeo.panels.pool import CLASSES, Pool, pair_limits
 from fabgeo.panels.samples import PanelInput, Samples
 from fabgeo.panels.shapes import Cone, Cylinder, Shape, shape_of
@@ -37,8 +40,10 @@ class PanelChoice:
         "flat", "cylinder", "cone" or "developable".
     shape : Plane, Cylinder, Cone or None
         What replaces the fitted panel; None: it stays.
-    made : RuledPatch
-        The panel as made, on the shape.
+    fitted : RuledPatch
+        The fitted panel.
+    skew : float
+        How far the made panel's ruling lines follow the fitted ones: see `fabgeo.panels.made`.
     deviation_mm, bound_mm : float
         Largest distance between fitted panel and shape at samples, and the bound of it anywhere.
     flange_mm : float
@@ -66,7 +71,8 @@ class PanelChoice:
     mark: str
     cls: str
     shape: Shape | None
-    made: RuledPatch
+    fitted: RuledPatch
+    skew: float
     deviation_mm: float
     bound_mm: float
     flange_mm: float
@@ -83,6 +89,11 @@ class PanelChoice:
     forming: Forming
     cost: float
     reason: str
+
+    @cached_property
+    def made(self) -> RuledPatch:
+        """The panel as made, on the shape; worked out when first asked for."""
+        return self.fitted if self.shape is None else as_made(self.fitted, self.shape, self.skew)
 
 
 def classify(
@@ -108,45 +119,12 @@ def classify(
         If neighbours do not fit together.
     """
     tolerances, costs = tolerances or Tolerances(), costs or Costs()
-    pool, samples = own_candidates(panels, tolerances)
+    own = own_candidates(panels, tolerances)
     joints = joints_of(panels)
-    chosen = greedy(pool, joints, len(panels), tolerances, costs)
-    return describe(panels, samples, pool, joints, chosen, tolerances, costs, sheet or Sheet())
-
-
-def greedy(
-    pool: Pool, joints: Joints, count: int, tolerances: Tolerances, costs: Costs
-) -> IntArray:
-    """Chosen candidate of every panel, (p,), one panel after the other."""
-    cost = costs.of(pool)
-    fitted = np.full(count, -1, dtype=np.int64)
-    fitted[pool.panel[~pool.replaced]] = np.flatnonzero(~pool.replaced)
-    chosen = fitted.copy()
-    order = np.lexsort((pool.bound, cost))  # cheapest first, closest first among equals
-    of_panel: list[list[int]] = [[] for _ in range(count)]
-    for c in order:
-        of_panel[pool.panel[c]].append(int(c))
-    touching: list[list[int]] = [[] for _ in range(count)]
-    for j, (a, b) in enumerate(joints.panels):
-        touching[a].append(j)
-        if a != b:
-            touching[b].append(j)
-    for p in range(count):
-        options, at = np.array(of_panel[p]), np.array(touching[p], dtype=np.int64)
-        if len(at) == 0:
-            chosen[p] = options[0]
-            continue
-        joint = np.tile(at, len(options))
-        candidate = np.repeat(options, len(at))
-        sides = [
-            np.where(joints.panels[joint, s] == p, candidate, chosen[joints.panels[joint, s]])
-            for s in (0, 1)
-        ]
-        holds = tolerances.holds(*pair_limits(pool, joints, joint, sides[0], sides[1]))
-        good = holds.reshape(len(options), len(at)).all(axis=1)
-        good |= ~pool.replaced[options]
-        chosen[p] = options[int(np.argmax(good))]
-    return chosen
+    chosen = greedy(own.pool, pairs_of(own.pool, joints, tolerances), costs)
+    return describe(
+        panels, own.samples, own.pool, joints, chosen, tolerances, costs, sheet or Sheet()
+    )
 
 
 def describe(
@@ -169,6 +147,7 @@ def describe(
         for s in (0, 1):
             worst[joints.panels[j, s]].see(joints.sides[j][s], gap[j], added[j], own[j])
     fitted_radii = bending_radii(samples)
+    made_radii = _radii(samples, pool.carriers[chosen])
     lines = bend_lines(samples, tolerances.deviation_mm)
     cost = costs.by_kind
     out = []
@@ -176,15 +155,15 @@ def describe(
         c, seen = int(chosen[p]), worst[p]
         name = CLASSES[pool.kind[c]]
         shape = None if name == "developable" else shape_of(pool.carriers, c, name)
-        made = panel.patch if shape is None else as_made(panel.patch, shape)
-        radii = fitted_radii[p] if shape is None else _radii(shape, made)
+        radii = fitted_radii[p] if shape is None else made_radii[p]
         forming, note = forming_of(name, radii[0], sheet)
         out.append(
             PanelChoice(
                 mark=panel.mark,
                 cls=name,
                 shape=shape,
-                made=made,
+                fitted=panel.patch,
+                skew=float(pool.skew[c]),
                 deviation_mm=float(pool.deviation[c]),
                 bound_mm=float(pool.bound[c]),
                 flange_mm=float(pool.flange[c]),
@@ -225,12 +204,10 @@ class _Worst:
         self.own = max(self.own, float(own))
 
 
-def _radii(shape: Shape, made: RuledPatch) -> tuple[float, float]:
-    if shape.k == 0.0:
-        return np.inf, np.inf
-    points = made.edges(made.parameters(4)).reshape(1, -1, 3)
-    radius = 1.0 / np.abs(shape.batch.curvature(points)[0])
-    return float(radius.min()), float(radius.max())
+def _radii(samples: Samples, carriers: Carriers) -> list[tuple[float, float]]:
+    """Smallest and largest bending radius of the carriers over the patches."""
+    feet = carriers.project(samples.edges[0].reshape(len(samples), -1, 3))
+    return _inverse(np.abs(carriers.curvature(feet)[0]))
 
 
 def bending_radii(samples: Samples) -> list[tuple[float, float]]:
@@ -248,11 +225,15 @@ def bending_radii(samples: Samples) -> list[tuple[float, float]]:
         # II(x_t, x_t) = n . x_tt: along the rulings a developable does not bend.
         curvatures.append(np.abs(dot(normal, second)) / across**2)
     kappa = np.concatenate(curvatures, axis=1)
-    high, low = kappa.max(axis=1), kappa.min(axis=1)
+    return _inverse(kappa)
+
+
+def _inverse(kappa: Array) -> list[tuple[float, float]]:
+    """Radii of the largest and smallest curvature in every row; straight: infinite."""
     tiny = 1e-12
     return [
-        (1.0 / h if h > tiny else np.inf, 1.0 / k if k > tiny else np.inf)
-        for h, k in zip(high, low, strict=True)
+        (1.0 / high if high > tiny else np.inf, 1.0 / low if low > tiny else np.inf)
+        for high, low in zip(kappa.max(axis=1), kappa.min(axis=1), strict=True)
     ]
 
 

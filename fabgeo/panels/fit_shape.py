@@ -40,6 +40,10 @@ class Targets:
         The carrier's normal at these points should have the component `tilt` along `along`.
     tilt, tilt_unit : (p, t) arrays
         Wanted component, and the error that counts as one.
+    swing_points, swing_along : (p, r, 3) arrays
+        The carrier's ruling at these points should have the component `swing` along `swing_along`.
+    swing, swing_unit : (p, r) arrays
+        Wanted component, and the error that counts as one.
     """
 
     points: Array
@@ -48,6 +52,10 @@ class Targets:
     along: Array
     tilt: Array
     tilt_unit: Array
+    swing_points: Array
+    swing_along: Array
+    swing: Array
+    swing_unit: Array
 
     @classmethod
     def of_points(cls, points: Array, unit: float | Array = 1.0) -> Targets:
@@ -57,10 +65,7 @@ class Targets:
         return cls(
             points,
             np.broadcast_to(np.asarray(unit, dtype=float), (p, s)),
-            none,
-            none,
-            none[..., 0],
-            none[..., 0],
+            *(none, none, none[..., 0], none[..., 0]) * 2,
         )
 
     def __getitem__(self, index: IntArray) -> Targets:
@@ -79,19 +84,25 @@ class Targets:
             self.along,
             self.tilt,
             self.tilt_unit,
+            place(self.swing_points),
+            self.swing_along,
+            self.swing,
+            self.swing_unit,
         )
 
     def residuals(self, carriers: Carriers) -> tuple[Array, Array]:
-        """Residuals (p, s + t) and their exact derivatives (p, s + t, 6)."""
+        """Residuals (p, s + t + r) and their exact derivatives (p, s + t + r, 6)."""
         d, jac = carriers.derivatives(self.points)
-        d, jac = d / self.unit, jac / self.unit[..., None]
-        if self.tilt.shape[1] == 0:
-            return d, jac
-        tilt, tilt_jac = carriers.tilt_derivatives(self.tilt_points, self.along)
-        tilt = (tilt - self.tilt) / self.tilt_unit
+        found = [(d, jac, 0.0, self.unit)]
+        if self.tilt.shape[1]:
+            tilt = carriers.tilt_derivatives(self.tilt_points, self.along)
+            found.append((*tilt, self.tilt, self.tilt_unit))
+        if self.swing.shape[1]:
+            swing = carriers.swing_derivatives(self.swing_points, self.swing_along)
+            found.append((*swing, self.swing, self.swing_unit))
         return (
-            np.concatenate([d, tilt], axis=1),
-            np.concatenate([jac, tilt_jac / self.tilt_unit[..., None]], axis=1),
+            np.concatenate([(f - wanted) / unit for f, _, wanted, unit in found], axis=1),
+            np.concatenate([jac / unit[..., None] for _, jac, _, unit in found], axis=1),
         )
 
 
@@ -180,13 +191,14 @@ def _step(r: Array, jac: Array, unit: Array, free: Array, power: float, damping:
     """Damped Gauss-Newton step; the p-norm's Hessian is (p - 1) times the weighted one."""
     weight = np.abs(r) ** (power - 2.0) if power > 2.0 else np.ones_like(r)
     jac = jac * free / unit[:, None, None]
-    scale = np.sqrt(np.einsum("psi,psi->pi", jac, jac * weight[..., None]))
+    scale = np.sqrt((jac * jac * weight[..., None]).sum(axis=1))
     scale = np.where(scale > 1e-150, scale, 1.0)
     jac = jac / scale[:, None]
-    normal = np.einsum("psi,psj->pij", jac * weight[..., None], jac)
+    across = jac.transpose(0, 2, 1)
+    normal = across @ (jac * weight[..., None])
     normal += damping[:, None, None] * np.eye(6) + np.diag(1.0 - free)
-    right = -np.einsum("psi,ps->pi", jac, weight * r) / (power - 1.0)
-    return np.linalg.solve(normal, right[..., None])[..., 0] / scale * free
+    right = -(across @ (weight * r)[..., None]) / (power - 1.0)
+    return np.linalg.solve(normal, right)[..., 0] / scale * free
 
 
 def _put(into: Carriers, index: IntArray, values: Carriers) -> Carriers:

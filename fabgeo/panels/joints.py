@@ -141,17 +141,35 @@ def rotation(first: Array, second: Array) -> Array:
     return cross * (angle / np.where(sine > 0.0, sine, 1.0))[..., None]
 
 
+def turned(vectors: Array, rotations: Array) -> Array:
+    """Vectors turned by rotation vectors, both (..., 3) (Rodrigues)."""
+    angle = np.linalg.norm(rotations, axis=-1, keepdims=True)
+    axis = unit(rotations)
+    along = dot(axis, vectors)[..., None]
+    return (
+        np.cos(angle) * vectors
+        + np.sin(angle) * np.cross(axis, vectors)
+        + (1.0 - np.cos(angle)) * along * axis
+    )
+
+
 def made_boundary(
-    carriers: Carriers, replaced: BoolArray, points: Array, normals: Array, ends: BoolArray
+    carriers: Carriers,
+    replaced: BoolArray,
+    points: Array,
+    normals: Array,
+    ends: BoolArray,
+    skew: Array,
 ) -> tuple[Array, Array]:
     """Points and unit normals (c, s, 3) of made panels at fitted joints, one carrier a joint.
 
-    On an edge: the projection. On an end: the carrier's ruling midway between the two through the
-    projected corners (a plane's: the projection). Panels that are not replaced stay as fitted.
+    On an edge: the projection. On an end: the line that `as_made` draws there. Panels that are
+    not replaced stay as fitted.
     """
     feet, normal = carriers.project(points), carriers.normal(points)
     turn, reach = carriers.coordinates(points[:, [0, -1]])
-    turn = np.repeat(turn.mean(axis=1, keepdims=True), 2, axis=1)
+    mean = turn.mean(axis=1, keepdims=True)
+    turn = mean + skew[:, None] * (turn - mean)
     corner = carriers.at(turn, reach)
     v = np.linspace(0.0, 1.0, points.shape[1])[:, None]
     line = corner[:, :1] + v * (corner[:, 1:] - corner[:, :1])

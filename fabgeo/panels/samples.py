@@ -73,6 +73,10 @@ class Samples:
     def __getitem__(self, index: IntArray | BoolArray | slice) -> Samples:
         return Samples(self.t, self.edges[:, index], self.third[index])
 
+    def thinned(self) -> Samples:
+        """Every other sample."""
+        return Samples(self.t[::2], self.edges[:, :, ::2], self.third)
+
     def points(self, v: Array, order: int = 0) -> Array:
         """Surface points, or t-derivatives, (p, s, len(v), 3) at ruling fractions v."""
         a, b = self.edges[order, :, :, 0], self.edges[order, :, :, 1]
@@ -164,3 +168,15 @@ def boundary_tilt(samples: Samples) -> tuple[Array, Array]:
         points.append(samples.edges[0, :, row])
         along.append(np.repeat(across[:, None], 2, axis=1))
     return np.concatenate(points, axis=1), np.concatenate(along, axis=1)
+
+
+def end_swing(samples: Samples) -> tuple[Array, Array, Array]:
+    """Middles of both end rulings and unit directions across them (p, 2, 3), half lengths (p, 2).
+
+    A carrier's rulings have no component along these directions where a made panel's ends run
+    with the fitted ones: else neighbours of one strip leave a wedge.
+    """
+    ends = samples.edges[0][:, [0, -1]]
+    across = np.cross(samples.normals()[:, [0, -1]], samples.rulings[:, [0, -1]])
+    half = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1) / 2.0
+    return ends.mean(axis=2), across, half

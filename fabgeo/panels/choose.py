@@ -1,0 +1,219 @@
+"""All panels chosen together: the least sum of costs within every limit.
+
+Candidates come first: every panel by itself, then sweeps in which neighbours settle on common
+boundaries. The integer programme chooses among them; then every panel that might still be cheaper
+is fitted against the neighbours as chosen, and the programme is solved again, until nothing is
+gained. What this reaches is compared with two proven figures: the solver's bound among the
+candidates, and the floor below which no placement at all can come.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabgeo.arrays import Array, IntArray
+from fabgeo.panels.candidates import allowed, measured, own_candidates
+from fabgeo.panels.carrier import Carriers
+from fabgeo.panels.classify import PanelChoice, describe
+from fabgeo.panels.coordinate import Coordination
+from fabgeo.panels.forming import Sheet
+from fabgeo.panels.integer import IntegerChoice, solve
+from fabgeo.panels.joints import joints_of
+from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.pairs import Pairs, greedy, pairs_of
+from fabgeo.panels.pool import CLASSES
+from fabgeo.panels.samples import PanelInput
+
+_FITTED = len(CLASSES) - 1
+
+
+@dataclass(frozen=True)
+class JointChoice:
+    """The panels chosen together, and what that is worth.
+
+    Attributes
+    ----------
+    panels : tuple of PanelChoice
+    cost : float
+        Sum of the chosen classes' costs.
+    bound : float
+        Proven by the solver: no choice among the candidates costs less.
+    floor : float
+        Every panel in the cheapest class that its deviation alone allows, whatever that does to
+        its neighbours: no choice of any placements costs less.
+    one_by_one : float
+        Cost of the choice panel by panel under the same limits (`classify`).
+    candidates : int
+        Size of the pool.
+    status : str
+        "optimal" (among the candidates) or "time limit".
+    history : tuple of float
+        Cost after each round.
+    seconds : float
+    """
+
+    panels: tuple[PanelChoice, ...]
+    cost: float
+    bound: float
+    floor: float
+    one_by_one: float
+    candidates: int
+    status: str
+    history: tuple[float, ...]
+    seconds: float
+
+    @property
+    def saving(self) -> float:
+        """Share of the panel-by-panel cost that the joint choice saves."""
+        return 1.0 - self.cost / self.one_by_one
+
+
+def choose(
+    panels: Sequence[PanelInput],
+    tolerances: Tolerances | None = None,
+    costs: Costs | None = None,
+    sheet: Sheet | None = None,
+    rounds: int = 4,
+    seconds: float = 20.0,
+) -> JointChoice:
+    """Choose the classes and placements of all panels together.
+
+    Parameters
+    ----------
+    panels : sequence of PanelInput
+    tolerances, costs, sheet : optional
+        The project's; defaults of the hand-over contract.
+    rounds : int
+        Most rounds of new candidates after the first choice; they end earlier when one gains less
+        than 0.05 %.
+    seconds : float
+        Time limit of one integer programme.
+    """
+    began = time.perf_counter()
+    tolerances, costs = tolerances or Tolerances(), costs or Costs()
+    search = _Search(panels, tolerances, costs, seconds)
+    one_by_one = search.current
+    search.settle()
+    history = [search.cost]
+    result = search.choose()
+    history.append(search.cost)
+    for _ in range(rounds):
+        if not search.widen():
+            break
+        result = search.choose()
+        history.append(search.cost)
+        if history[-1] > history[-2] * (1.0 - 5e-4):
+            break
+    by_kind = costs.by_kind
+    chosen = describe(
+        panels,
+        search.samples,
+        search.pool,
+        search.joints,
+        search.current,
+        tolerances,
+        costs,
+        sheet or Sheet(),
+    )
+    return JointChoice(
+        panels=tuple(chosen),
+        cost=search.cost,
+        bound=result.bound,
+        floor=search.floor,
+        one_by_one=float(by_kind[search.pool.kind[one_by_one]].sum()),
+        candidates=len(search.pool),
+        status=result.status,
+        history=tuple(history),
+        seconds=time.perf_counter() - began,
+    )
+
+
+class _Search:
+    """Pool, pairs and current choice while they grow."""
+
+    def __init__(
+        self, panels: Sequence[PanelInput], tolerances: Tolerances, costs: Costs, seconds: float
+    ) -> None:
+        self.tolerances, self.costs, self.seconds = tolerances, costs, seconds
+        self.own = own_candidates(panels, tolerances)
+        self.pool, self.samples = self.own.pool, self.own.samples
+        self.joints = joints_of(panels)
+        self.coordination = Coordination(self.samples, self.joints, tolerances)
+        self.pairs: Pairs = pairs_of(self.pool, self.joints, tolerances)
+        self.current: IntArray = greedy(self.pool, self.pairs, costs)
+
+    @property
+    def cost(self) -> float:
+        """Cost of the current choice."""
+        return float(self.costs.of(self.pool)[self.current].sum())
+
+    @property
+    def floor(self) -> float:
+        """Least cost by the deviation of each panel alone."""
+        cost = np.where(self.own.possible, self.costs.by_kind, np.inf)
+        return float(cost.min(axis=1).sum())
+
+    def settle(self, sweeps: int = 2) -> None:
+        """Sweep from what would be cheapest, and from each class wherever it is possible."""
+        cost = np.where(self.own.possible, self.costs.by_kind, np.inf)
+        cheapest = cost.argmin(axis=1)
+        starts = [cheapest]
+        for k in range(1, _FITTED):
+            starts.append(np.where(self.own.possible[:, k], np.maximum(cheapest, k), _FITTED))
+        for kind in starts:
+            carriers = self.own.closest(kind)
+            for _ in range(sweeps):
+                carriers = self.coordination.sweep(carriers, kind, kind != _FITTED)
+            for k in range(_FITTED):
+                self._add(np.flatnonzero(kind == k), k, carriers)
+
+    def widen(self) -> bool:
+        """New candidates against the neighbours as chosen; whether there are any."""
+        before = len(self.pool)
+        kind = self.pool.kind[self.current]
+        carriers = self.pool.carriers[self.current]
+        price = self.costs.by_kind
+        for k in range(_FITTED):
+            cheaper = self.own.possible[:, k] & (price[k] < price[kind])
+            index = np.flatnonzero(cheaper)
+            if len(index) == 0:
+                continue
+            guess = self.own.closest(np.full(len(kind), k, dtype=np.int64))
+            stand = carriers.where(~cheaper, guess)
+            # Against the neighbours as they are chosen now, then all of them moving together.
+            placed = self.coordination.fitted(index, k, guess, kind, carriers)
+            self._add(index, k, _scatter(carriers, index, placed))
+            mixed = np.where(cheaper, k, kind)
+            stand = _scatter(stand, index, placed)
+            stand = self.coordination.sweep(stand, mixed, mixed != _FITTED)
+            for each in range(_FITTED):
+                self._add(np.flatnonzero(mixed == each), each, stand)
+        return len(self.pool) > before
+
+    def choose(self) -> IntegerChoice:
+        """Solve the integer programme over the pool as it is."""
+        self.pairs = pairs_of(self.pool, self.joints, self.tolerances, self.pairs)
+        result = solve(
+            self.pool.panel, self.costs.of(self.pool), self.pairs, self.current, self.seconds
+        )
+        self.current = result.chosen
+        return result
+
+    def _add(self, index: IntArray, k: int, carriers: Carriers) -> None:
+        if len(index) == 0:
+            return
+        found = measured(index, k, carriers[index], self.samples[index], self.tolerances.form_mm)
+        self.pool = self.pool.with_more(allowed(found, self.tolerances))
+
+
+def _scatter(carriers: Carriers, index: IntArray, values: Carriers) -> Carriers:
+    arrays: list[Array] = []
+    for name in ("origin", "frame", "k", "g"):
+        array = np.array(getattr(carriers, name))
+        array[index] = getattr(values, name)
+        arrays.append(array)
+    return Carriers(*arrays)

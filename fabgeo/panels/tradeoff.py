@@ -1,0 +1,135 @@
+"""The trade-off between tolerance and cost: what each tolerance buys, as a table and a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fabgeo.panels.choose import choose
+from fabgeo.panels.classify import PanelChoice
+from fabgeo.panels.forming import Sheet
+from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.pool import CLASSES
+from fabgeo.panels.samples import PanelInput
+
+# One colour a class, told apart by colour-blind eyes (Okabe and Ito).
+_COLOURS = ("#009E73", "#56B4E9", "#E69F00", "#CC79A7")
+
+
+@dataclass(frozen=True)
+class TradeOffRow:
+    """One pair of tolerances and what the joint choice makes of it.
+
+    Attributes
+    ----------
+    deviation_mm, kink_deg : float
+        The tolerances.
+    flat, cylinder, cone, developable : float
+        Shares of the panels, 0 to 1.
+    cost, floor, one_by_one : float
+        Sum of costs, the floor under it, and the cost chosen panel by panel.
+    radii : int
+        Distinct cylinder radii, to 1 mm.
+    gap_max_mm, kink_max_deg : float
+        Largest gap and largest added kink between panels as made.
+    """
+
+    deviation_mm: float
+    kink_deg: float
+    flat: float
+    cylinder: float
+    cone: float
+    developable: float
+    cost: float
+    floor: float
+    one_by_one: float
+    radii: int
+    gap_max_mm: float
+    kink_max_deg: float
+
+
+def trade_off(
+    panels: Sequence[PanelInput],
+    deviations_mm: Sequence[float] = (1.0, 3.0, 6.0),
+    kinks_deg: Sequence[float] = (0.5, 1.0, 3.0),
+    tolerances: Tolerances | None = None,
+    costs: Costs | None = None,
+    sheet: Sheet | None = None,
+    rounds: int = 2,
+) -> list[TradeOffRow]:
+    """Joint choices at every pair of tolerances; the other limits as in `tolerances`."""
+    base = tolerances or Tolerances()
+    rows = []
+    for deviation in deviations_mm:
+        for kink in kinks_deg:
+            limits = replace(base, deviation_mm=deviation, kink_deg=kink)
+            found = choose(panels, limits, costs, sheet, rounds=rounds)
+            count = len(found.panels)
+            shares = {c: sum(p.cls == c for p in found.panels) / count for c in CLASSES}
+            rows.append(
+                TradeOffRow(
+                    deviation_mm=deviation,
+                    kink_deg=kink,
+                    **shares,
+                    cost=found.cost,
+                    floor=found.floor,
+                    one_by_one=found.one_by_one,
+                    radii=distinct_radii(found.panels),
+                    gap_max_mm=max((p.gap_mm for p in found.panels), default=0.0),
+                    kink_max_deg=max((p.kink_added_deg for p in found.panels), default=0.0),
+                )
+            )
+    return rows
+
+
+def distinct_radii(panels: Sequence[PanelChoice]) -> int:
+    """Number of different cylinder radii, to 1 mm: set-ups of the rolls, or moulds."""
+    return len({round(p.radius_min_mm) for p in panels if p.cls == "cylinder"})
+
+
+def table(rows: Sequence[TradeOffRow]) -> str:
+    """The rows as a Markdown table."""
+    head = (
+        "deviation mm | kink deg | flat % | cylinder % | cone % | developable % | cost | floor "
+        "| one by one | radii | gap mm | kink added deg"
+    )
+    lines = [f"| {head} |", "|" + "---|" * (head.count("|") + 1)]
+    for r in rows:
+        shares = " | ".join(f"{100 * getattr(r, c):.0f}" for c in CLASSES)
+        lines.append(
+            f"| {r.deviation_mm:g} | {r.kink_deg:g} | {shares} | {r.cost:g} | {r.floor:g} "
+            f"| {r.one_by_one:g} | {r.radii} | {r.gap_max_mm:.2f} | {r.kink_max_deg:.2f} |"
+        )
+    return "\n".join(lines)
+
+
+def plot(rows: Sequence[TradeOffRow], path: str | Path) -> Path:
+    """Stacked shares of the classes and the cost over the tolerances, as PNG or SVG by suffix."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    shares = figure.subplots()
+    at = np.arange(len(rows))
+    below = np.zeros(len(rows))
+    for name, colour in zip(CLASSES, _COLOURS, strict=True):
+        share = 100.0 * np.array([getattr(r, name) for r in rows])
+        shares.bar(at, share, bottom=below, color=colour, label=name, width=0.8)
+        below += share
+    shares.set_xticks(at, [f"{r.deviation_mm:g} mm\n{r.kink_deg:g}°" for r in rows])
+    shares.set_ylabel("share of panels, %")
+    shares.set_ylim(0.0, 100.0)
+    shares.set_xlabel("tolerances: deviation, added kink")
+    cost = shares.twinx()
+    cost.plot(at, [r.cost for r in rows], "ko-", label="cost, chosen together")
+    cost.plot(at, [r.one_by_one for r in rows], "k^:", label="cost, panel by panel")
+    cost.set_ylim(bottom=0.0)
+    cost.set_ylabel("relative cost")
+    figure.legend(loc="outside upper center", ncols=6, fontsize="small")
+    path = Path(path)
+    figure.savefig(path, dpi=150)
+    return path
