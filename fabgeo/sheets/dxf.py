@@ -13,80 +13,20 @@ from __future__ import annotations
 
 import csv
 import io
-import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fabgeo.arrays import Array
-from fabgeo.errors import InputError
 from fabgeo.panels.flat import FlatEdge, FlatPart
 from fabgeo.sheets.biarc import dense, part_contour
 from fabgeo.sheets.contour import Contour, hole_contour
+from fabgeo.sheets.dxf_document import DxfStyle, Template
 from fabgeo.sheets.mark import Mark, place_mark
 from fabgeo.sheets.stock import Nest, Placement, Sheet
-
-LAYERS: dict[str, str] = {
-    name: name for name in ("CUT_OUTER", "CUT_INNER", "HOLES", "RULINGS", "MARK", "SHEET", "INFO")
-}
-COLOURS = {
-    "CUT_OUTER": 1,
-    "CUT_INNER": 6,
-    "HOLES": 5,
-    "RULINGS": 3,
-    "MARK": 4,
-    "SHEET": 8,
-    "INFO": 2,
-}
-VERSIONS = ("R12", "R2000", "R2010")
-OUTLINES = ("arcs", "splines", "polylines")
-
-
-@dataclass(frozen=True)
-class DxfStyle:
-    """How files are written.
-
-    Attributes
-    ----------
-    version : str
-        "R2010", "R2000" or "R12" (POLYLINE with bulges, no splines, no unit in the header).
-    outline : str
-        "arcs", "splines" or "polylines".
-    tolerance : float
-        mm between the outline and the flat part's own curve.
-    layers : mapping
-        The shop's names by the contract's names; missing ones keep the contract's.
-    mark_height : float
-        Largest height of the mark's capitals in mm.
-    """
-
-    version: str = "R2010"
-    outline: str = "arcs"
-    tolerance: float = 0.05
-    layers: Mapping[str, str] = field(default_factory=dict)
-    mark_height: float = 20.0
-
-    def __post_init__(self) -> None:
-        if self.version not in VERSIONS:
-            raise InputError("dxf.version", f"expected one of {VERSIONS}, found {self.version!r}")
-        if self.outline not in OUTLINES:
-            raise InputError("dxf.outline", f"expected one of {OUTLINES}, found {self.outline!r}")
-        if self.version == "R12" and self.outline == "splines":
-            raise InputError("dxf.outline", "R12 has no splines", 'choose "arcs" or R2000')
-        if not self.tolerance > 0.0:
-            raise InputError("dxf.tolerance", f"expected more than 0 mm, found {self.tolerance}")
-        unknown = set(self.layers) - set(LAYERS)
-        if unknown:
-            raise InputError("dxf.layers", f"unknown layers {sorted(unknown)}", f"use {[*LAYERS]}")
-
-    def layer(self, name: str) -> str:
-        """The shop's name of a layer."""
-        return self.layers.get(name, LAYERS[name])
 
 
 @dataclass(frozen=True)
@@ -125,9 +65,9 @@ def write_part(part: FlatPart, path: Path, style: DxfStyle | None = None) -> Dra
     """Write one part's file and, where it is bent, its bend table ``<mark>.bends.csv`` beside."""
     style = style or DxfStyle()
     made = drawn(part, style)
-    document = _document(style)
-    _add_part(document.modelspace(), made, Placement(part.mark, 0.0, 0.0, 0.0), style)
-    _save(document, path)
+    document = Template.of(style)
+    _add_part(document.space, made, Placement(part.mark, 0.0, 0.0, 0.0), style)
+    document.save(path)
     if part.bends:
         path.with_suffix(".bends.csv").write_text(bend_table(part), encoding="utf-8", newline="")
     return made
@@ -138,8 +78,8 @@ def write_sheet(
 ) -> None:
     """Write one nested sheet: the stock's rectangle, every part in its place, a title."""
     style = style or DxfStyle()
-    document = _document(style)
-    space = document.modelspace()
+    document = Template.of(style)
+    space = document.space
     stock = sheet.stock
     corners = [(0.0, 0.0), (stock.length, 0.0), (stock.length, stock.width), (0.0, stock.width)]
     vertices = np.array([(x, y, 0.0) for x, y in corners])
@@ -154,7 +94,7 @@ def write_sheet(
         part = parts[placement.mark]
         made = drawn(part, style) if isinstance(part, FlatPart) else part
         _add_part(space, made, placement, style)
-    _save(document, path)
+    document.save(path)
 
 
 def write_nests(
@@ -197,54 +137,6 @@ def bend_table(part: FlatPart) -> str:
         values = [*bend.start, *bend.end, length, bend.radius]
         table.writerow([k, *(f"{value:.3f}" for value in values)])
     return out.getvalue()
-
-
-def _document(style: DxfStyle) -> Any:
-    from ezdxf.filemanagement import new
-
-    with _undated():
-        document = new(style.version, setup=False)
-    if style.version != "R12":
-        document.header["$INSUNITS"] = 4
-        document.header["$MEASUREMENT"] = 1
-    for name in LAYERS:
-        document.layers.add(style.layer(name), color=COLOURS[name])
-    return document
-
-
-@contextmanager
-def _undated() -> Iterator[None]:
-    """Let ezdxf write a fixed date and fixed identifiers."""
-    from ezdxf._options import options
-
-    before = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True
-    try:
-        yield
-    finally:
-        options.write_fixed_meta_data_for_testing = before
-
-
-def _save(document: Any, path: Path) -> None:
-    """Write the file beside and move it into place: the same bytes for the same content."""
-    out = io.StringIO()
-    with _undated():
-        document.write(out)
-    beside = path.with_name(path.name + ".part")
-    beside.write_text(_dated(out.getvalue()), encoding="utf-8", newline="")
-    beside.replace(path)
-
-
-def _dated(text: str) -> str:
-    """The fixed date 2000-01-01 replaced by SOURCE_DATE_EPOCH where that is set."""
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    if not epoch:
-        return text
-    day = int(epoch) / 86400.0 + 2440587.5
-    stamp = datetime.fromtimestamp(int(epoch), UTC).isoformat(timespec="microseconds")
-    return text.replace("2451544.5", f"{day:.9f}").replace(
-        "2000-01-01T00:00:00.000000+00:00", stamp
-    )
 
 
 def _add_part(space: Any, made: Drawn, placement: Placement, style: DxfStyle) -> None:

@@ -21,7 +21,7 @@ import shapely
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.sheets.contour import Contour
-from fabgeo.sheets.dxf import LAYERS
+from fabgeo.sheets.dxf_document import LAYERS
 
 JOIN = 1e-6  # mm, between the ends of lines and splines of one outline
 FLATTEN = 0.002  # mm, of splines
