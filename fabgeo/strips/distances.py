@@ -60,27 +60,32 @@ def _back(
     _, nearest = KDTree(x.reshape(-1, 3)).query(points)
     strip, rest = np.divmod(nearest, across * k)
     row, column = np.divmod(rest, k)
-    found = project(model, points, strip, f.u[column], row / (across - 1.0))
+    found, _, _ = project(model, points, strip, f.u[column], row / (across - 1.0))
     at = int(np.argmax(found))
     place = (float(points[at, 0]), float(points[at, 1]), float(points[at, 2]))
     return found, place
 
 
-def project(model: EdgeCurves, points: Array, strip: IntArray, u: Array, v: Array) -> Array:
-    """Distances of points (k, 3) from the model, by Gauss-Newton within the given strips."""
+def project(
+    model: EdgeCurves, points: Array, strip: IntArray, u: Array, v: Array
+) -> tuple[Array, Array, Array]:
+    """Distances of points (k, 3) from given strips, and u, v there, by Gauss-Newton from u, v."""
     rows = np.arange(len(points))
 
     def strip_points(u: Array, derivative: int) -> tuple[Array, Array]:
         p0, p1 = two_sides(model.points(u, derivative), model.closed_i)
         return p0[strip, rows], p1[strip, rows]
 
-    best = np.full(len(points), np.inf)
+    best, best_u, best_v = np.full(len(points), np.inf), u, v
     for _ in range(6):
         a, b = strip_points(u, 0)
         da, db = strip_points(u, 1)
         x = a + v[:, None] * (b - a)
         apart = points - x
-        best = np.minimum(best, np.linalg.norm(apart, axis=-1))
+        distance: Array = np.linalg.norm(apart, axis=-1)
+        closer = distance < best
+        best_u, best_v = np.where(closer, u, best_u), np.where(closer, v, best_v)
+        best = np.where(closer, distance, best)
         xu, xv = da + v[:, None] * (db - da), b - a
         g11, g12, g22 = dot(xu, xu), dot(xu, xv), dot(xv, xv)
         r1, r2 = dot(apart, xu), dot(apart, xv)
@@ -89,7 +94,7 @@ def project(model: EdgeCurves, points: Array, strip: IntArray, u: Array, v: Arra
         if not model.closed_u:
             u = np.clip(u, 0.0, model.segments)
         v = np.clip(v + (g11 * r2 - g12 * r1) / det, 0.0, 1.0)
-    return best
+    return best, best_u, best_v
 
 
 def _boundary(model: EdgeCurves, f: Frames, surface: DesignSurface) -> dict[str, float | None]:

@@ -57,10 +57,10 @@ class Fixing:
         Nominal stand-off, and how far the real one may leave it.
     step : float
         Real stand-offs are rounded down to this step: equal ones are one product.
-    bolt : float
-        Nominal bolt diameter (12: M12).
-    base_length, base_width, base_thickness : float
-        Base plate on the flange, length along x.
+    rod, base_bolt : float
+        Nominal sizes (12: M12) of the rod through the panel and of the two bolts in the flange.
+    base_length, base_width, base_thickness, base_pitch : float
+        Base plate on the flange, length along x; distance of its bolts along x.
     disc_diameter, disc_thickness : float
         Clamping disc on the panel's outer face.
     panel_holes, flange_holes : tuple of LocalHole
@@ -76,19 +76,30 @@ class Fixing:
     stand_off: float = 25.0
     reach: float = 15.0
     step: float = 1.0
-    bolt: float = 12.0
-    base_length: float = 70.0
-    base_width: float = 40.0
-    base_thickness: float = 6.0
-    disc_diameter: float = 44.0
-    disc_thickness: float = 5.0
-    panel_holes: tuple[LocalHole, ...] = (LocalHole(diameter=14.0),)
-    flange_holes: tuple[LocalHole, ...] = (LocalHole(diameter=14.0, slot=10.0),)
+    rod: float = 12.0
+    base_bolt: float = 10.0
+    base_length: float = 120.0
+    base_width: float = 60.0
+    base_thickness: float = 8.0
+    base_pitch: float = 80.0
+    disc_diameter: float = 60.0
+    disc_thickness: float = 6.0
+    panel_holes: tuple[LocalHole, ...] = (LocalHole(diameter=13.5),)
+    flange_holes: tuple[LocalHole, ...] = (
+        LocalHole(x=-40.0, diameter=11.0, slot=10.0, angle=np.pi / 2.0),
+        LocalHole(x=40.0, diameter=11.0, slot=10.0, angle=np.pi / 2.0),
+    )
     maker: Callable[..., object] | None = None
 
     def __post_init__(self) -> None:
         if min(self.spacing, self.end_distance, self.stand_off, self.step) <= 0.0:
             raise InputError(f"fixing {self.name}", "expected positive distances")
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and largest stand-off: the base plate and a nut on it must find room."""
+        least = self.base_thickness + 0.9 * self.rod
+        return max(self.stand_off - self.reach, least), self.stand_off + self.reach
 
     @property
     def product(self) -> str:
@@ -145,8 +156,8 @@ def connect(panels: Sequence[Plate], beams: Sequence[Beam], fixing: Fixing) -> F
             if edge not in flanges and side == 1 and 0 in flanges and edge == edges:
                 edge = 0  # a model closed in i
             for beam, flange in flanges.get(edge, ()):
-                for site in _sites(panel, side, flange, fixing):
-                    made = _fit(panel, flange, site, fixing)
+                sites = _sites(panel, side, flange, fixing)
+                for made in _fit(panel, flange, sites, fixing) if sites is not None else ():
                     if isinstance(made, str):
                         refused[f"{panel.mark}, edge {edge}, {beam.mark}"] = made
                         continue
@@ -174,16 +185,16 @@ def _drill(plate: Plate, drilled: Mapping[str, Sequence[Hole]]) -> Plate:
 
 
 @dataclass(frozen=True)
-class _Site:
-    """A place on a panel's mid-surface: its point, edge direction and normal."""
+class _Sites:
+    """Places on a panel's mid-surface: parameters, points, edge directions, normals."""
 
-    u: float
+    u: Array
     point: Array
     along: Array
     normal: Array
 
 
-def _sites(panel: Plate, side: int, flange: Plate, fixing: Fixing) -> list[_Site]:
+def _sites(panel: Plate, side: int, flange: Plate, fixing: Fixing) -> _Sites | None:
     """Evenly spread places along one edge, over one flange segment and clear of its ends."""
     mid = panel.mid
     grid = mid.parameters(8)
@@ -194,7 +205,7 @@ def _sites(panel: Plate, side: int, flange: Plate, fixing: Fixing) -> list[_Site
     ends = _over(flange.mid, edge, arc, clear)
     low, high = max(low, ends[0]), min(high, ends[1])
     if high < low:
-        return []
+        return None
     count = max(2, int(np.ceil((high - low) / fixing.spacing)) + 1)
     if high - low < 2.0 * fixing.base_length:
         count = 1
@@ -207,7 +218,7 @@ def _sites(panel: Plate, side: int, flange: Plate, fixing: Fixing) -> list[_Site
     m = ruled_normals(mid, u)
     sine = np.abs(dot(cross(tangents, e), m))
     points = mid.edges(u)[side] + (fixing.edge_distance / sine)[:, None] * e
-    return [_Site(*row) for row in zip(u, points, tangents, m, strict=True)]
+    return _Sites(u, points, tangents, m)
 
 
 def _over(flange: RuledPatch, edge: Array, arc: Array, clear: float) -> tuple[float, float]:
@@ -234,67 +245,86 @@ def _crossing(arc: Array, value: Array, inside: int, outside: int) -> float:
     return float(arc[inside] + t * (arc[outside] - arc[inside]))
 
 
-def pierce(mid: RuledPatch, point: Array, axis: Array, u: float) -> tuple[float, float, float]:
-    """Where the line point + h axis meets a ruled patch: u, v, h, by Newton's method."""
-    v, h = 0.5, 0.0
-    for _ in range(30):
-        at = np.array([min(max(u, mid.u0), mid.u1)])
-        a, b = mid.edges(at)[:, 0]
-        da, db = mid.edges(at, 1)[:, 0]
-        miss = a + v * (b - a) - point - h * axis
-        jacobian = np.stack([da + v * (db - da), b - a, -axis], axis=1)
-        step = np.linalg.solve(jacobian, -miss)
-        u, v, h = u + float(step[0]), v + float(step[1]), h + float(step[2])
-        if np.abs(step[1:]).max() < 1e-13 * max(1.0, abs(h)) and np.linalg.norm(miss) < 1e-9:
+def pierce(mid: RuledPatch, points: Array, axes: Array, u: Array) -> tuple[Array, Array, Array]:
+    """Where lines points + h axes meet a ruled patch: u, v, h (k,) each, by Newton's method."""
+    u, v, h = np.array(u, dtype=np.float64), np.full(len(u), 0.5), np.zeros(len(u))
+    for _ in range(20):
+        at = np.clip(u, mid.u0, mid.u1)
+        a, b = mid.edges(at)
+        da, db = mid.edges(at, 1)
+        chord: Array = b - a
+        miss = a + v[:, None] * chord - points - h[:, None] * axes
+        along: Array = da + v[:, None] * (db - da)
+        jacobian = np.stack([along, chord, -axes], axis=-1)
+        step = np.linalg.solve(jacobian, -miss[..., None])[..., 0]
+        u, v, h = u + step[:, 0], v + step[:, 1], h + step[:, 2]
+        if np.linalg.norm(miss, axis=-1).max() < 1e-9:
             break
     return u, v, h
 
 
-def _fit(
-    panel: Plate, flange: Plate, site: _Site, fixing: Fixing
-) -> tuple[Array, Fixing, list[Hole], list[Hole]] | str:
-    """Frame, product and holes of one fixing, or why there is none."""
-    guess = flange.mid.u0 + 0.5 * (flange.mid.u1 - flange.mid.u0)
-    guess = site.u if flange.mid.u0 <= site.u <= flange.mid.u1 else guess
-    u, v, h = pierce(flange.mid, site.point, site.normal, guess)
-    if not flange.mid.u0 <= u <= flange.mid.u1:
-        return "lies past the end of the beam segment"
-    z = site.normal * -np.sign(h)
-    x = unit(site.along - (site.along @ z) * z)
-    at = np.array([u])
-    a, b = flange.mid.edges(at)[:, 0]
-    square = abs(float(ruled_normals(flange.mid, at)[0] @ z))
-    stand_off = abs(h) - panel.thickness / 2.0 - flange.thickness / 2.0 / square
-    if abs(stand_off - fixing.stand_off) > fixing.reach:
-        return (
-            f"needs a stand-off of {stand_off:.1f} mm; the fixing reaches "
-            f"{fixing.stand_off - fixing.reach:g} to {fixing.stand_off + fixing.reach:g} mm"
+type _Fitted = tuple[Array, Fixing, list[Hole], list[Hole]] | str
+
+
+def _fit(panel: Plate, flange: Plate, sites: _Sites, fixing: Fixing) -> list[_Fitted]:
+    """Frame, product and holes of every fixing of one panel edge, or why there is none."""
+    mid = flange.mid
+    guess = np.clip(sites.u, mid.u0, mid.u1)
+    u, v, h = pierce(mid, sites.point, sites.normal, guess)
+    z = -np.sign(h)[:, None] * sites.normal
+    x = unit(sites.along - dot(sites.along, z)[:, None] * z)
+    at = np.clip(u, mid.u0, mid.u1)
+    a, b = mid.edges(at)
+    half = flange.thickness / 2.0 / np.abs(dot(ruled_normals(mid, at), z))
+    stand_off = np.abs(h) - panel.thickness / 2.0 - half
+    width: Array = np.linalg.norm(b - a, axis=-1)
+    frame = np.tile(np.eye(4), (len(u), 1, 1))
+    origin = sites.point - z * (np.abs(h) - half)[:, None]
+    for k, column in enumerate((x, cross(z, x), z, origin)):
+        frame[:, :3, k] = column
+    in_panel = [_holes(panel, hole, frame, sites.u) for hole in fixing.panel_holes]
+    in_flange = [_holes(flange, hole, frame, at) for hole in fixing.flange_holes]
+    out: list[_Fitted] = []
+    for k in range(len(u)):
+        room = float(min(v[k], 1.0 - v[k]) * width[k])
+        reason = _refusal(fixing, float(stand_off[k]), room, float(width[k]))
+        if not mid.u0 <= u[k] <= mid.u1:
+            reason = "lies past the end of the beam segment"
+        rounded = float(np.floor(stand_off[k] / fixing.step + 1e-9) * fixing.step)
+        out.append(
+            reason
+            or (
+                frame[k],
+                replace(fixing, stand_off=rounded),
+                [holes[k] for holes in in_panel],
+                [holes[k] for holes in in_flange],
+            )
         )
-    width = float(np.linalg.norm(b - a))
-    room = min(v, 1.0 - v) * width
+    return out
+
+
+def _refusal(fixing: Fixing, stand_off: float, room: float, width: float) -> str:
+    """Why a fixing can't stand there; empty if it can."""
+    low, high = fixing.limits
+    if not low <= stand_off <= high:
+        return f"needs a stand-off of {stand_off:.1f} mm; the fixing reaches {low:g} to {high:g} mm"
     least = fixing.base_width / 2.0
     if room < least:
         return (
             f"needs a flange {width + 2.0 * (least - room):.0f} mm wide or a smaller edge "
             f"distance (the flange is {width:.0f} mm wide)"
         )
-    rounded = float(np.floor(stand_off / fixing.step + 1e-9) * fixing.step)
-    product = replace(fixing, stand_off=rounded)
-    origin = site.point - z * (abs(h) - flange.thickness / 2.0 / square)
-    frame = np.eye(4)
-    frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = x, cross(z, x), z, origin
-    return (
-        frame,
-        product,
-        [_hole(panel, hole, frame, site.u) for hole in fixing.panel_holes],
-        [_hole(flange, hole, frame, u) for hole in fixing.flange_holes],
-    )
+    return ""
 
 
-def _hole(plate: Plate, hole: LocalHole, frame: Array, u: float) -> Hole:
-    """The hole where its axis, given in the fixing's frame, meets the plate's mid-surface."""
-    x, y, z, origin = (frame[:3, k] for k in range(4))
+def _holes(plate: Plate, hole: LocalHole, frame: Array, u: Array) -> list[Hole]:
+    """Where a hole's axis, given in the fixings' frames, meets the plate's mid-surface."""
+    x, y, z, origin = (frame[:, :3, k] for k in range(4))
     start = origin + hole.x * x + hole.y * y
     _, _, h = pierce(plate.mid, start, z, u)
+    centre = start + h[:, None] * z
     direction = np.cos(hole.angle) * x + np.sin(hole.angle) * y
-    return Hole(start + h * z, z, hole.diameter, hole.slot, direction)
+    return [
+        Hole(c, axis, hole.diameter, hole.slot, d)
+        for c, axis, d in zip(centre, z, direction, strict=True)
+    ]

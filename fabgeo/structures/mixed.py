@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo import spline
-from fabgeo.arrays import Array, checked, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, checked, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import axes
 from fabgeo.strips.distances import project
@@ -214,22 +214,26 @@ def crossed(
         If a model admits no beams, or their edges run along rather than across each other.
     """
     f, g = frames(outer, outer.parameters(4)), frames(inner, inner.parameters(4))
-    _, nearest = KDTree(g.p.reshape(-1, 3)).query(f.p.reshape(-1, 3))
-    t, s = f.t.reshape(-1, 3), g.t.reshape(-1, 3)[nearest]
-    angle = np.degrees(np.arccos(np.minimum(np.abs(dot(t, s)), 1.0)))
-    if angle.min() < 30.0:
-        edge, column = np.unravel_index(int(np.argmin(angle)), f.p.shape[:2])
-        raise GeometryError(
-            f"crossed models, outer edge {edge} at u = {f.u[column]:.3g}",
-            f"edges of both models meet at {angle.min():.1f} deg; expected 30 deg or more",
-            "let the strips of one model run across those of the other",
-        )
     p0, p1 = g.sides(g.p)
-    mid = (p0 + p1) / 2.0
-    _, near = KDTree(mid.reshape(-1, 3)).query(f.p.reshape(-1, 3))
+    _, near = KDTree(((p0 + p1) / 2.0).reshape(-1, 3)).query(f.p.reshape(-1, 3))
     strip, column = np.divmod(near, len(g.u))
     p = f.p.reshape(-1, 3)
-    gap = project(inner, p, strip, g.u[column], np.full(len(p), 0.5))
+    gap, u, v = project(inner, p, strip, g.u[column], np.full(len(p), 0.5))
+    over = _inside(inner, strip, u, v)
+    if not over.any():
+        raise GeometryError("crossed models", "don't lie over each other", "move one of them")
+    s = _directions(inner, strip, u, v)
+    angle = np.degrees(np.arccos(np.minimum(np.abs(dot(f.t.reshape(-1, 3), s)), 1.0)))
+    angle = np.where(over, angle, 90.0)
+    at = int(np.argmin(angle))
+    if angle[at] < 30.0:
+        edge, column = divmod(at, len(f.u))
+        raise GeometryError(
+            f"crossed models, outer edge {edge} at u = {f.u[column]:.3g}",
+            f"edges of both models meet at {angle[at]:.1f} deg; expected 30 deg or more",
+            "let the strips of one model run across those of the other",
+        )
+    gap = gap[over]
     return Crossed(
         beams(outer, sections[0], rule),
         beams(inner, sections[1], rule),
@@ -237,6 +241,24 @@ def crossed(
         float(gap.min()),
         float(gap.max()),
     )
+
+
+def _inside(model: StripModel, strip: IntArray, u: Array, v: Array) -> BoolArray:
+    """Which feet lie within the model, not on its free boundary."""
+    inside = np.ones(len(u), dtype=bool)
+    if not model.closed_u:
+        inside &= (u > 0.0) & (u < model.segments)
+    if not model.closed_i:
+        inside &= ~((strip == 0) & (v <= 0.0)) & ~((strip == model.strips - 1) & (v >= 1.0))
+    return inside
+
+
+def _directions(model: StripModel, strip: IntArray, u: Array, v: Array) -> Array:
+    """Unit u-directions of the model at strips, u, v (k,): the edges' direction there."""
+    rows = np.arange(len(u))
+    d0, d1 = model.pairs(model.points(u, 1))
+    d0, d1 = d0[strip, rows], d1[strip, rows]
+    return unit(d0 + v[:, None] * (d1 - d0))
 
 
 @dataclass(frozen=True)

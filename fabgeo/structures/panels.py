@@ -144,7 +144,7 @@ def layer_edges(
         # Square to the edge on the developed strip: the ruling meets the edge at angle phi.
         sine = dot(cross(t, e), m)
         along = take[side] / sine if sides == "parallel" else np.full(len(u), take[side])
-        step = height * a[row + side] + sign * along
+        step = sign * (height * a[row + side] + along)
         ends.append(f.p[row + side] + height * m + step[:, None] * e)
     if np.any(dot(ends[1] - ends[0], e) <= 0.0):
         raise GeometryError(mark, "its joints leave nothing of it", "use wider strips")
