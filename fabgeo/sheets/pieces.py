@@ -72,6 +72,7 @@ def piece_of(
     part: FlatPart,
     tolerance: float = 0.05,
     rotations: tuple[float, ...] | str | None = None,
+    growth: float = GROWTH,
 ) -> Piece:
     """Make the piece of a flat part; `rotations` None: by its grain, "free": any."""
     contour = part_contour(part, tolerance)
@@ -79,7 +80,7 @@ def piece_of(
     return Piece(
         mark=part.mark,
         contour=contour,
-        polygon=safe_polygon(contour),
+        polygon=safe_polygon(contour, growth),
         rotations=None if isinstance(allowed, str) or allowed is None else tuple(allowed),
         area=contour.area,
     )

@@ -64,6 +64,7 @@ def main(count: int) -> None:
     pieces = [len(item.outer.vertices) for item in made]
     print(f"    lines and arcs a part {np.mean(pieces):.1f}")
     with tempfile.TemporaryDirectory() as folder:
+        write_part(parts[0], Path(folder) / "warm.dxf", style)  # imports and the template
         start = time.process_time()
         for part in parts:
             write_part(part, Path(folder) / f"{part.mark}.dxf", style)
