@@ -38,6 +38,13 @@ _STARTS: dict[str, Callable[..., tuple[StripModel, list[str]]]] = {
 }
 METHODS: tuple[str, ...] = ("auto", *_STARTS)
 # Options of `draw.model_of_net` that several methods pass on.
+ENOUGH = 4.0  # score from which "auto" also tries the starts that trace lines on the surface
+_FURTHER = (
+    ("principal", "larger"),
+    ("principal", "smaller"),
+    ("geodesic", "v"),
+    ("geodesic", "u"),
+)
 _SHARED = ("sag", "conjugate", "project", "ends")
 
 
@@ -180,19 +187,10 @@ def _auto(
     direction: str | None,
     options: dict[str, Any],
 ) -> Start:
-    tried = []
-    for method, way in _plans(surface, direction):
-        try:
-            model, notes = _called(method, surface, strips, segments, way, None, options)
-        except FabgeoError as error:
-            tried.append(Candidate(method, way, None, str(error)))
-            continue
-        found = quality(model, surface)
-        problem = ""
-        if found.fold_at is not None:
-            problem = f"folds at strip {found.fold_at[0]}, u = {found.fold_at[1]:.2f}"
-        model = _told(model, method, way, notes)
-        tried.append(Candidate(method, way, found, problem, model, tuple(notes)))
+    asked = strips, segments
+    tried = [_tried(surface, *asked, *plan, options) for plan in _plans(surface, direction)]
+    if direction is None and min(c.score for c in tried) > ENOUGH and len(surface.loops) == 1:
+        tried += [_tried(surface, *asked, *plan, options) for plan in _FURTHER]
     tried.sort(key=lambda c: c.score)
     best = tried[0]
     if best.model is None or best.score == float("inf"):
@@ -208,8 +206,30 @@ def _auto(
     )
 
 
+def _tried(
+    surface: DesignSurface,
+    strips: int | None,
+    segments: int | None,
+    method: str,
+    way: str,
+    options: dict[str, Any],
+) -> Candidate:
+    try:
+        model, notes = _called(method, surface, strips, segments, way or None, None, options)
+    except FabgeoError as error:
+        return Candidate(method, way, None, str(error))
+    found = quality(model, surface)
+    problem = ""
+    if found.fold_at is not None:
+        problem = f"folds at strip {found.fold_at[0]}, u = {found.fold_at[1]:.2f}"
+    model = _told(model, method, way, notes)
+    return Candidate(method, way, found, problem, model, tuple(notes))
+
+
 def _plans(surface: DesignSurface, direction: str | None) -> list[tuple[str, str]]:
     methods = ["iso"]
+    if hasattr(surface, "sections"):
+        return [("sections", "")]
     if getattr(surface, "grid", None) is not None:
         methods.insert(0, "mesh")
     ways = ["v", "u"] if direction is None else [direction]

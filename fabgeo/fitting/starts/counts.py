@@ -13,8 +13,9 @@ from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net
 from fabgeo.surfaces.base import DesignSurface, size_of
 
-SAG_SHARE = 1.0 / 4000.0  # of the surface's size, where no sag is asked for
-FEWEST, MOST = 4, 60  # strips chosen without being asked
+SAG_SHARE = 1.0 / 3000.0  # of the surface's size, where no sag is asked for
+FEWEST, MOST = 8, 60  # strips chosen without being asked
+TURN = np.radians(15.0)  # of an edge's tangent in one segment, where segments are chosen
 
 
 def counts(
@@ -44,11 +45,19 @@ def counts(
         note = f"{strips} strips, so that kappa L^2 / 16 is about {target:.3g}"
     check_strips(strips, net.closed_s, width, size_of(surface))
     if segments is None:
-        least = 8 if net.closed_t else 6
-        segments = int(np.clip(np.ceil(length / (1.5 * width / strips)), least, 60))
+        least = 24 if net.closed_t else 6
+        wanted = max(length / (1.5 * width / strips), _turn(net) / TURN)
+        segments = int(np.clip(np.ceil(wanted), least, 60))
     elif segments < (3 if net.closed_t else 1):
         raise InputError("segments", f"expected at least 3 round, 1 along, found {segments}")
     return strips, segments, note
+
+
+def _turn(net: Net) -> float:
+    """The largest total turn of a line s = const."""
+    s, t = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 65)
+    tangent = unit(net.evaluate(*(np.asarray(a) for a in np.meshgrid(s, t, indexing="ij")), 0, 1))
+    return float(np.linalg.norm(np.diff(tangent, axis=1), axis=2).sum(axis=1).max())
 
 
 def check_strips(strips: int, closed: bool, width: float, size: float) -> None:

@@ -97,7 +97,12 @@ def _folded(normal: Array, reference: Array) -> BoolArray:
 
 
 def coverage(model: StripModel, surface: DesignSurface, samples: int = 400) -> float:
-    """Share of surface points within half a mesh width of the model's own dense points."""
+    """Share of points spread over the surface that the model covers."""
+    return float(np.mean(covered(model, surface.sample(samples).point)))
+
+
+def covered(model: StripModel, points: Array) -> BoolArray:
+    """Whether points (k, 3) lie within about a mesh width of the model's own dense points."""
     u = model.parameters(4)
     first, second = model.pairs(model.points(u))
     v = np.linspace(0.0, 1.0, 5)[:, None, None, None]
@@ -106,8 +111,8 @@ def coverage(model: StripModel, surface: DesignSurface, samples: int = 400) -> f
     across = np.linalg.norm(second - first, axis=-1)
     reach = 0.75 * max(float(np.quantile(along, 0.9)), float(np.quantile(across, 0.9)) / 4.0)
     sag = float(np.quantile(across, 0.9)) / 8.0
-    far, _ = KDTree(grid.reshape(-1, 3)).query(surface.sample(samples).point)
-    return float(np.mean(far <= np.hypot(reach, sag)))
+    far, _ = KDTree(grid.reshape(-1, 3)).query(points)
+    return np.asarray(far) <= np.hypot(reach, sag)
 
 
 def check_folds(model: StripModel, surface: DesignSurface, name: str) -> None:
