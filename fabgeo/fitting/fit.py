@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo import spline
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting import held as holding
 from fabgeo.fitting.folds import find_fold
@@ -24,6 +24,14 @@ from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net
 from fabgeo.strips.model import KINDS, Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
+
+FINE_AT_ONCE = 3500  # unknowns up to which a fit starts at its finest level
+MOST_LEVELS = 3  # times that `levels=None` halves the number of segments of a larger one
+LEAST_SEGMENTS = 8
+COARSE_LIMIT = 10.0  # multiple of the limits that a coarse level has to reach
+PATIENCE = 3  # stages in a row without gain, after which more weight is of no use
+FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
+ROUNDS = 6  # of reweighting, at most
 
 
 @dataclass(frozen=True)
@@ -138,44 +146,104 @@ class _Fit:
         self.control = np.array(start.control) / self.length
         self.history: list[dict[str, Any]] = []
         self.interrupted = False
-        self.held = holding.choose(net, self.control, self.reference, options.boundary, kind)
-        self.level = Level(net, self.reference, kind, options, self.held)
+        held = holding.choose(net, self.control, self.reference, options.boundary, kind)
+        self.held = held
+        self.level = Level(net, self.reference, kind, options, held)
         fold = find_fold(self.level.state(self.control), self.level.coarse)
         if fold is not None:
             raise GeometryError(
                 "start", f"{fold} ({fold.count} places in all)", "choose another start"
             )
+        self.begin = time.process_time()
+        whole = held.everything(net)
+        self.anchor = 0.0 if whole else options.weights.anchor
+        self.anchor_at = np.array(self.control)
+        self.weight = 1.0
 
     def run(self) -> FitResult:
-        """All stages."""
-        begin = time.process_time()
-        anchor_at = np.array(self.control)
-        weight, figures = 1.0, self._figures()
-        whole = self.held.everything(self.level.net)
-        anchor = 0.0 if whole else self.options.weights.anchor
-        status, reason = "limited", "the weight of developability has grown to its end"
-        for _ in range(self.options.stages):
-            solution = self._stage(anchor_at, weight, anchor)
-            figures = self._figures()
-            self._record(weight, solution, figures, time.process_time() - begin)
+        """All levels from coarse to fine, then the largest deviation."""
+        for _ in range(self._coarsen()):
+            self._grow(COARSE_LIMIT)
             if self.interrupted:
-                status, reason = "interrupted", "stopped by the listener"
                 break
-            if self._reached(figures):
-                status, reason = "converged", "within the limits of twist and kind"
-                break
-            weight, anchor = weight * self.options.growth, anchor / self.options.growth**0.5
-        return self._result(status, reason, figures, time.process_time() - begin)
+            self.control = spline.refine(self.control, self.level.net.closed_u)
+            self.anchor_at = spline.refine(self.anchor_at, self.level.net.closed_u)
+            self._at_level()
+            self.weight = max(self.weight / self.options.growth, 1.0)
+        if not self.interrupted:
+            self._grow(1.0)
+        uneven = self._figures().deviation_over_sag > FLAT_ENOUGH
+        if not self.interrupted and self.options.minimise == "max" and uneven:
+            self._flatten()
+        status, reason = self._verdict()
+        return self._result(status, reason, self._figures(), time.process_time() - self.begin)
 
-    def _stage(self, start: Array, weight: float, anchor: float) -> Solution:
-        problem = self.level.problem(self.control, start, weight, anchor)
+    def _coarsen(self) -> int:
+        """Take every other knot away as often as asked; the number of refinements to come."""
+        net, levels = self.level.net, self.options.levels
+        fine = self.control.size < FINE_AT_ONCE
+        count = (0 if fine else MOST_LEVELS) if levels is None else levels
+        done = 0
+        while done < count and net.segments % 2 == 0 and net.segments // 2 >= LEAST_SEGMENTS:
+            u = np.arange(0.0, net.segments + (0 if net.closed_u else 1), 2.0)
+            points = spline.evaluate(self.control, u, net.closed_u)
+            coarse = spline.interpolate(points, net.closed_u)
+            net = Net(net.edges, net.segments // 2, net.closed_u, net.closed_i)
+            level = Level(net, self.reference, self.kind, self.options, self.held)
+            if find_fold(level.state(coarse), level.coarse) is not None:
+                break
+            self.control, self.anchor_at, self.level = coarse, np.array(coarse), level
+            done += 1
+        return done
+
+    def _at_level(self) -> None:
+        old = self.level.net
+        net = Net(old.edges, old.segments * 2, old.closed_u, old.closed_i)
+        self.level = Level(net, self.reference, self.kind, self.options, self.held)
+
+    def _grow(self, slack: float) -> None:
+        """Let the weight of developability grow while that helps and the limits are not reached.
+
+        `slack` multiplies the limits: a coarse level need not reach those of the finest.
+        """
+        best, idle = np.inf, 0
+        for _ in range(self.options.stages):
+            self._stage()
+            excess = self._excess(self._record_of_last())
+            if self.interrupted or excess <= slack:
+                return
+            idle = idle + 1 if excess > 0.7 * best else 0
+            best = min(best, excess)
+            if idle == PATIENCE:
+                return
+            self.weight *= self.options.growth
+            self.anchor /= self.options.growth**0.5
+
+    def _flatten(self) -> None:
+        """Make the largest deviation small: rounds of reweighting, of which the best is kept."""
+        best, found = self.control, self._figures()
+        kept = len(self.history)
+        for _ in range(ROUNDS):
+            self.level.stress(self.control)
+            self._stage()
+            figures = self._record_of_last()
+            within = self._excess(figures) <= max(1.0, self._excess(found))
+            if within and figures["deviation"] < found.deviation * 0.999:
+                best, found, kept = self.control, self._figures(), len(self.history)
+            elif len(self.history) - kept >= 2 or self.interrupted:
+                break
+        self.control = best
+
+    def _stage(self) -> None:
+        """One minimisation with fixed weights, recorded."""
+        problem = self.level.problem(self.control, self.anchor_at, self.weight, self.anchor)
         number = len(self.history) + 1
 
         def heard(step: Step) -> bool:
             if self.listener is None:
                 return True
             progress = Progress(
-                number, self.level.net.segments, step.iteration, step.cost, step.gain, weight
+                number, self.level.net.segments, step.iteration, step.cost, step.gain, self.weight
             )
             self.interrupted = self.listener(progress) is False
             return not self.interrupted
@@ -189,17 +257,33 @@ class _Fit:
             listener=heard,
         )
         self.control = solution.x.reshape(self.control.shape)
-        return solution
+        self._record(self.weight, solution, self._figures(), time.process_time() - self.begin)
+
+    def _record_of_last(self) -> dict[str, Any]:
+        return self.history[-1]
+
+    def _excess(self, figures: Any) -> float:
+        """Twist and kind's defect as multiples of their limits: at most 1 within them."""
+        plain = figures if isinstance(figures, dict) else figures.plain()
+        return max(
+            plain["twist_deg"] / self.options.twist_limit_deg,
+            plain["kind_deg"] / self.options.kind_limit_deg,
+        )
+
+    def _verdict(self) -> tuple[str, str]:
+        if self.interrupted:
+            return "interrupted", "stopped by the listener"
+        figures = self._figures()
+        if self._excess(figures) <= 1.0:
+            return "converged", "within the limits of twist and kind; nothing more is gained"
+        return "limited", (
+            f"strip {figures.twist_strip} twists by {figures.twist_deg:.4f} degrees at "
+            f"u = {figures.twist_u:.2f} (limit {self.options.twist_limit_deg}); a larger weight of "
+            "developability no longer helps"
+        )
 
     def _figures(self) -> Quality:
         return quality(self.level.state(self.control), self.level.dense, self.kind)
-
-    def _reached(self, figures: Quality) -> bool:
-        options = self.options
-        return (
-            figures.twist_deg <= options.twist_limit_deg
-            and figures.kind_deg <= options.kind_limit_deg
-        )
 
     def _record(self, weight: float, solution: Solution, figures: Quality, seconds: float) -> None:
         self.history.append(

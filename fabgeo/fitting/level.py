@@ -14,6 +14,7 @@ from fabgeo.fitting.objectives.developable import Developable
 from fabgeo.fitting.objectives.even_widths import EvenWidths
 from fabgeo.fitting.objectives.fair_edges import FairEdges
 from fabgeo.fitting.objectives.fair_rulings import FairRulings
+from fabgeo.fitting.objectives.points import MountingPoints, closest_sites
 from fabgeo.fitting.objectives.proximity import EdgeProximity, MiddleProximity
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.problem import StripProblem
@@ -34,6 +35,7 @@ class Level:
         self.fine, self.coarse = Sites.gauss(net, 3), Sites.gauss(net, 2)
         self.dense = dense_sites(net)
         self.ends = [] if net.closed_u else [Sites.at_end(net, False), Sites.at_end(net, True)]
+        self.importance: dict[str, Array] = {}
         self.trackers: dict[int, Tracker] = {}
         self._equations: NormalEquations | None = None
 
@@ -47,6 +49,22 @@ class Level:
         """The functional with its weights; normals for fairness are taken at `control`."""
         objectives = self._objectives(control, start, developability, anchor)
         return StripProblem(self.net, self.reference, objectives, self.coarse, self.trackers)
+
+    def stress(self, control: Array, power: float = 2.0, floor: float = 0.1) -> None:
+        """Give far places more importance in proximity, so that the largest deviation shrinks.
+
+        One round of iteratively reweighted least squares towards the norm of order 2 + `power`,
+        from the importance of the round before.
+        """
+        state = State(self.net, control, self.reference, self.trackers)
+        terms = [EdgeProximity(self.coarse), MiddleProximity(self.coarse)]
+        values = [np.abs(t.evaluate(state, False)[0][..., 0]) for t in terms]
+        largest = max(float(v.max()) for v in values)
+        wanted = [(v / largest) ** power for v in values]
+        mean = float(np.mean(np.concatenate([w.ravel() for w in wanted])))
+        for term, share in zip(terms, wanted, strict=True):
+            before = self.importance.get(term.name, np.ones_like(share))
+            self.importance[term.name] = np.sqrt(before * np.maximum(share / mean, floor))
 
     def equations(self, problem: StripProblem) -> NormalEquations:
         """The normal equations, whose pattern is the same for all stages of the level."""
@@ -85,9 +103,18 @@ class Level:
             term = KIND_TERM[self.kind](self.fine)
             if len(term.window):
                 terms.append((term, developability))
+        for sites in self.ends:  # the outermost rulings, as long as half a span
+            share = 0.5 * weights.proximity / self.net.segments
+            terms += [(EdgeProximity(sites), share), (MiddleProximity(sites), share)]
         terms += [(term, weights.boundary) for term in self._boundary(normals, state)]
+        if self.options.points is not None and len(self.options.points):
+            points = np.asarray(self.options.points) / self.reference.length
+            edges, u = closest_sites(self.net, control, points)
+            terms.append((MountingPoints(self.net, edges, u, points), weights.points))
         for term, weight in terms:
             term.weight = weight
+            if term.sites is self.coarse and term.name in self.importance:
+                term.importance = self.importance[term.name]
         return [term for term, _ in terms]
 
     def _boundary(self, normals: Array, state: State) -> list[Objective]:
