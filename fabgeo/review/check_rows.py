@@ -80,7 +80,7 @@ def _bent(
     twist = np.degrees(np.arccos(np.clip(np.abs(np.sum(first * second, axis=1)), -1.0, 1.0)))
     if row.get("class"):
         measured.worst("panel_twist_max_deg", float(twist[1:-1].max()))
-    radii = ruling_radii(rails, unit(first + second))
+    radii = ruling_radii(rails, unit(first + second))[:, 1:-1]
     low, high = number(row, "radius_min_mm"), number(row, "radius_max_mm")
     kind = row.get("class", "developable")
     within = RADIUS if kind in ("cylinder", "cone") else RADIUS_DEVELOPABLE
@@ -95,7 +95,7 @@ def _bent(
 
 
 def ruling_radii(rails: tuple[Array, Array], normals: Array) -> Array:
-    """Bending radii (2, n - 4) at both ends of the inner rulings: turn of normals over width."""
+    """Bending radii (2, n - 2) at both ends of the inner rulings: turn of normals over width."""
     a, b = rails
     e = unit(b - a)
     turn = np.linalg.norm(normals[2:] - normals[:-2], axis=1)
@@ -104,7 +104,7 @@ def ruling_radii(rails: tuple[Array, Array], normals: Array) -> Array:
         step = rail[2:] - rail[:-2]
         width = np.linalg.norm(step - np.sum(step * e[1:-1], axis=1)[:, None] * e[1:-1], axis=1)
         radii.append(width / np.maximum(turn, 1e-12))
-    return np.array(radii)[:, 1:-1]
+    return np.array(radii)
 
 
 def _class(
@@ -130,10 +130,14 @@ def _class(
     if off > tolerance:
         findings.add(mark, "class", kind, f"normals off a circle by {np.degrees(off):.3f} deg")
     if kind == "cylinder" and float(np.ptp(normals @ axes[0])) > 0.02:
-        along = np.abs(np.sum(unit(rails[1] - rails[0]) * axis, axis=1))
-        worst = float(np.degrees(np.arccos(np.clip(along.min(), -1.0, 1.0))))
-        if np.radians(worst) > tolerance:
-            findings.add(mark, "class", "cylinder", f"rulings turn by {worst:.3f} deg")
+        rulings = rails[1] - rails[0]
+        along = np.sum(rulings * axis, axis=1)
+        across = np.sqrt(np.maximum(np.sum(rulings**2, axis=1) - along**2, 0.0))
+        # A chord across the axis sags from the cylinder by its half squared over 2 R.
+        away = float(((0.5 * across[1:-1]) ** 2 / (2.0 * ruling_radii(rails, normals))).max())
+        allowed = float(package.setting("panels", "tolerance", 1.0))
+        if away > allowed:
+            findings.add(mark, "class", "cylinder", f"rulings sag by {away:.3f} mm")
     half = number(row, "half_angle_deg")
     if kind == "cone" and half is not None and float(np.ptp(normals @ axes[0])) > 0.05:
         found = float(np.degrees(np.arcsin(min(abs(float(normals.mean(axis=0) @ axis)), 1.0))))

@@ -18,9 +18,13 @@ def sha256_of(path: Path) -> str:
 
 
 def package_files(folder: Path) -> dict[str, Path]:
-    """Every file of a package but the manifest itself, by its name relative to the folder."""
+    """Every file of a package but the manifest itself, by its name relative to the folder.
+
+    Folders and files whose name begins with a dot (a build's lock) are no part of a package.
+    """
     found = (p for p in folder.rglob("*") if p.is_file())
     named = {p.relative_to(folder).as_posix(): p for p in found}
+    named = {n: p for n, p in named.items() if not any(w.startswith(".") for w in n.split("/"))}
     named.pop(NAME, None)
     return dict(sorted(named.items()))
 

@@ -116,11 +116,11 @@ def _nest(flats: dict[str, FlatPart]) -> Nest:
         low, high = points.min(axis=0), points.max(axis=0)
         if y + high[1] - low[1] + 10.0 > stock.width:
             sheets.append(([], 0.0))
-            y = 10.0
+            y = 12.0
         places, used = sheets[-1]
-        places.append(Placement(mark, 10.0 - low[0], y - low[1], 0.0))
+        places.append(Placement(mark, 12.0 - low[0], y - low[1], 0.0))
         sheets[-1] = (places, used + part.area)
-        y += high[1] - low[1] + 6.0
+        y += high[1] - low[1] + 8.0
     whole = stock.length * stock.width
     made = tuple(
         Sheet(f"SHEET-{k + 1:03d}", stock, tuple(places), used / whole)

@@ -2,7 +2,8 @@
 
 p(u) is an arc of a circle in the x-z plane, s_i a polygon in the y-z plane: the strip between
 p + s_i and p + s_(i+1) is a general cylinder with rulings s_(i+1) - s_i, whose development is
-known: along the rulings the coordinate is p . t, across them the arc length of p's projection along t.
+known: along the rulings the coordinate is p . t, across them the arc length of p's projection
+along t.
 """
 
 from __future__ import annotations
