@@ -72,7 +72,7 @@ def check(
     else:
         for line in report.lines():
             typer.echo(line)
-    raise typer.Exit(OK if report.passed else FAILED)
+    raise typer.Exit(OK if report.ok else FAILED)
 
 
 @app.command()

@@ -118,9 +118,9 @@ class Beams(Table):
 
     section: Literal["I", "T", "box"] = "I"
     depth: Positive = 200.0
-    standoff: NonNegative = 40.0
+    standoff: NonNegative = 27.0
     web: Positive = 8.0
-    flange_width: Positive = 100.0
+    flange_width: Positive = 180.0
     flange: Positive = 10.0
     material: str = "steel"
     edges: list[int] | None = None
@@ -132,11 +132,15 @@ class Connectors(Table):
     """Point fixings between panels and the outer flanges."""
 
     spacing: Positive = 800.0
-    edge_distance: Positive = 60.0
+    edge_distance: Positive = 45.0
     end_distance: Positive = 150.0
     standoff: Positive = 25.0
+    reach: Positive = 8.0
     bolt: Literal["M8", "M10", "M12", "M16"] = "M10"
     slot: NonNegative = 0.0
+    base_length: Positive = 100.0
+    base_width: Positive = 50.0
+    disc: Positive = 50.0
 
 
 class Material(Table):

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from fabgeo.build.fixings import complaints_of, fixings_of
 from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
 from fabgeo.build.folder import open_folder
 from fabgeo.build.geometry import Design, layers_of, panels_of, patches_of, structure_of
@@ -70,6 +71,17 @@ def design(
     if project.cells or project.beams:
         with clock.stage("structure"):
             made = replace(made, **structure_of(project, model, patches))
+    if project.connectors:
+        with clock.stage("connectors"):
+            found = fixings_of(project, made.panels, made.beams)
+            made = replace(
+                made,
+                panels=tuple(found.panels),
+                beams=tuple(found.beams),
+                connectors=tuple(found.connectors),
+                products=found.products,
+                complaints=complaints_of(found),
+            )
     return made
 
 

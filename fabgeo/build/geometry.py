@@ -28,6 +28,7 @@ from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures import panels as layers
 from fabgeo.structures.beams import BeamRule, Section, beams
 from fabgeo.structures.cells import cells
+from fabgeo.structures.connectors import Fixing
 from fabgeo.structures.parts import Beam, Cell, Connector, Plate
 from fabgeo.structures.patches import CutRule, cut
 from fabgeo.structures.walls import walls
@@ -56,6 +57,10 @@ class Design:
     walls : tuple of Plate
     beams : tuple of Beam
     connectors : tuple of Connector
+    products : mapping of key to Fixing
+        Parameters of the connectors' products.
+    complaints : mapping of panel mark to (verdict, reason)
+        Where no fixing could be placed, and clashes.
     pair : Offset or None
         The offset pair that bounds the cells.
     """
@@ -73,6 +78,8 @@ class Design:
     walls: tuple[Plate, ...] = ()
     beams: tuple[Beam, ...] = ()
     connectors: tuple[Connector, ...] = ()
+    products: Mapping[str, Fixing] = field(default_factory=dict)
+    complaints: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     pair: Offset | None = None
 
     @property

@@ -16,6 +16,7 @@ from fabgeo.build.figures import (
     part_figures,
     summary_of,
 )
+from fabgeo.build.fixings import masses_of, products_of
 from fabgeo.build.geometry import Design
 from fabgeo.build.rows import beam_rows, panel_rows, places_of, plate_rows
 from fabgeo.build.solids import Built
@@ -29,7 +30,6 @@ from fabgeo.review.record import (
     ShownConnector,
 )
 from fabgeo.sheets.stock import Nest
-from fabgeo.structures.parts import Connector
 from fabgeo.structures.prisms import ruled_normals
 
 
@@ -54,7 +54,7 @@ def record_of(
         panels=tuple(panel_rows(design, flats, built, figures, places)),
         plates=tuple(plate_rows(design, flats, built, places)),
         beams=tuple(beam_rows(design, built)),
-        connectors=tuple(_connector_row(c) for c in design.connectors),
+        connectors=tuple(connector_rows(design)),
         shown=tuple(_shown(design)),
         shown_connectors=tuple(
             ShownConnector(c.mark, c.product, c.frame[:3, 3], c.frame[:3, 2])
@@ -131,13 +131,21 @@ def _shown(design: Design) -> list[Shown]:
     return out
 
 
-def _connector_row(connector: Connector) -> dict[str, Any]:
-    place, axis = connector.frame[:3, 3], connector.frame[:3, 2]
-    return {
-        "mark": connector.mark,
-        "product": connector.product,
-        "panel": connector.panel,
-        "beam": connector.beam,
-        **{f"{k}_mm": float(v) for k, v in zip("xyz", place, strict=True)},
-        **{f"axis_{k}": float(v) for k, v in zip("xyz", axis, strict=True)},
-    }
+def connector_rows(design: Design) -> list[dict[str, Any]]:
+    """One row a connector."""
+    masses = masses_of(products_of(design))
+    rows = []
+    for connector in design.connectors:
+        place, axis = connector.frame[:3, 3], connector.frame[:3, 2]
+        rows.append(
+            {
+                "mark": connector.mark,
+                "product": connector.product,
+                "panel": connector.panel,
+                "beam": connector.beam,
+                "mass_kg": masses[connector.product],
+                **{f"{k}_mm": float(v) for k, v in zip("xyz", place, strict=True)},
+                **{f"axis_{k}": float(v) for k, v in zip("xyz", axis, strict=True)},
+            }
+        )
+    return rows

@@ -75,6 +75,8 @@ def panel_rows(
         }
         row |= _plate_row(design.project, plate, flats, built, places)
         row |= _box_row(box_of(plate), design.project)
+        if plate.mark in design.complaints:
+            row["verdict"], row["reason"] = design.complaints[plate.mark]
         flat = flats.get(plate.mark)
         if flat is not None:
             row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from joblib import Parallel, delayed
 
+from fabgeo.build.fixings import nodes_of
 from fabgeo.build.geometry import Design
 from fabgeo.build.progress import Clock
 from fabgeo.cad import kernel
@@ -72,6 +73,7 @@ def tree_of(design: Design, built: dict[str, Built]) -> Node:
         Node("cells", children=tuple(_parts(design.cells, built, "cells"))),
         Node("walls", children=tuple(_parts(design.walls, built, "walls"))),
         Node("beams", children=tuple(_beams(design, built))),
+        Node("connectors", children=tuple(nodes_of(design))),
     )
     return Node(design.project.name, children=tuple(g for g in groups if g.children))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fabgeo.errors import InputError
 
-TEMPLATE = '''\
+TEMPLATE = """\
 # A fabgeo project. Lengths are millimetres and angles degrees, but for the surface's own unit.
 # Build it with:  fabgeo build project.toml --out outputs/first
 # A table that is left out is not asked for; remove the # before a line to set it.
@@ -81,7 +81,7 @@ seconds = 10.0            # steps = 3 instead: the same layout every time
 # deviation_max_mm = 20.0
 # twist_max_deg = 0.02
 # gap_max_mm = 2.0
-'''
+"""
 
 
 def write_template(path: Path) -> Path:
