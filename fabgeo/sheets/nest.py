@@ -229,7 +229,7 @@ def _cost(made: Nest) -> float:
 
 
 def _effort(pieces: Sequence[Piece]) -> float:
-    return float(len(pieces))
+    return 10.0 + len(pieces)  # a few seconds for small groups too
 
 
 def _checked(parts: Sequence[FlatPart], spacing: float, margin: float) -> None:

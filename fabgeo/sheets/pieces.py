@@ -9,7 +9,7 @@ outward-safe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -47,6 +47,9 @@ class Piece:
     polygon: Array
     rotations: tuple[float, ...] | None
     area: float
+    _boxes: dict[float, tuple[float, float, float, float]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         set_frozen(self, "polygon", ("k", 2))
@@ -58,7 +61,9 @@ class Piece:
 
     def box(self, rotation: float) -> tuple[float, float, float, float]:
         """Exact box of the part rotated about the origin: x and y least, x and y greatest."""
-        return self.contour.moved(0.0, 0.0, rotation).bounds()
+        if rotation not in self._boxes:
+            self._boxes[rotation] = self.contour.moved(0.0, 0.0, rotation).bounds()
+        return self._boxes[rotation]
 
     def trials(self) -> tuple[float, ...]:
         """A few rotations worth trying: those allowed, or the smallest rectangle's."""
