@@ -80,7 +80,7 @@ def _step_unit(reader: Any) -> str:
     if not names:
         return "its own unit"
     word = max(names, key=names.count)
-    return UNIT_WORDS.get(word, word)
+    return str(UNIT_WORDS.get(word, word))
 
 
 def checked_file(path: Path) -> Path:

@@ -68,7 +68,8 @@ def read_3dm(
     unit = UNITS[word]
     found: list[NurbsFace] = []
     meshes: list[tuple[Array, list[list[int]]]] = []
-    for item in model.Objects:
+    objects: Any = model.Objects
+    for item in objects:
         name = item.Attributes.Name or ""
         geometry = item.Geometry
         if isinstance(geometry, rhino3dm.Mesh):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from fabgeo.errors import InputError
 from fabgeo.surfaces.sections import Sections, checked_sections
 
 CURVES = ("LWPOLYLINE", "POLYLINE", "SPLINE", "CIRCLE", "ELLIPSE", "ARC")
-PIECES = 96  # straight pieces of a curved section: the smooth curve is fitted to their ends
+FLATNESS = 1e-4  # of a curve's size: how far the chords between its points may be off it
 # $INSUNITS codes that lengths can sensibly have.
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m"}
 
@@ -31,12 +32,13 @@ def read_dxf_sections(
     InputError
         If the file can't be read, holds no curve, or the curves are no sections.
     """
-    import ezdxf
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
 
     path = Path(path)
     try:
-        document = ezdxf.readfile(path)
-    except (OSError, ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
+        document = readfile(path)
+    except (OSError, DXFError, UnicodeDecodeError, ValueError) as error:
         raise InputError(path.name, f"can't be read as DXF: {error}", "export it again") from error
     curves: list[Array] = []
     names: list[str] = []
@@ -55,27 +57,19 @@ def read_dxf_sections(
     return checked_sections(path.name, curves, names, closed), unit
 
 
-def _points(name: str, entity: object) -> Array:
+def _points(name: str, entity: Any) -> Array:
+    """Points on a curve: the corners of a polyline, else a fine flattening of the exact curve."""
     from ezdxf import path as dxf_path
 
     try:
-        path = dxf_path.make_path(entity)  # type: ignore[call-overload]
-        curved = path.has_curves
-        if curved:
-            length = float(dxf_path.bbox([path]).size.magnitude)
-            vertices = list(path.flattening(1e-5 * length, segments=8))
+        path = dxf_path.make_path(entity)
+        length = float(dxf_path.bbox([path]).size.magnitude)
+        if entity.dxftype() in ("SPLINE", "CIRCLE", "ELLIPSE", "ARC"):
+            vertices = list(entity.flattening(FLATNESS * length))
+        elif path.has_curves:
+            vertices = list(path.flattening(FLATNESS * length))
         else:
             vertices = list(path.control_vertices())
     except (ValueError, TypeError, ArithmeticError) as error:
         raise InputError(name, f"a curve can't be read: {error}") from error
-    points = np.array([[p.x, p.y, p.z] for p in vertices])
-    if curved and len(points) > 2:
-        points = _respaced(points, PIECES)
-    return points
-
-
-def _respaced(points: Array, pieces: int) -> Array:
-    """Points at equal steps along a dense polyline."""
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    at = np.linspace(0.0, length[-1], pieces + 1)
-    return np.stack([np.interp(at, length, points[:, k]) for k in range(3)], axis=1)
+    return np.array([[p.x, p.y, p.z] for p in vertices])

@@ -54,7 +54,10 @@ class Border:
     @classmethod
     def of(cls, charts: Sequence[Chart], trims: Sequence[Trim], size: float, tol: float) -> Border:
         """The border of charts with trims; segments are at most size / 300 long."""
-        uv, uv_end, face, loop = [], [], [], []
+        uv: list[Array] = []
+        uv_end: list[Array] = []
+        face: list[IntArray] = []
+        loop: list[IntArray] = []
         count = 0
         for i, (chart, trim) in enumerate(zip(charts, trims, strict=True)):
             for polyline in trim.loops:
@@ -64,10 +67,11 @@ class Border:
                 face.append(np.full(len(dense), i))
                 loop.append(np.full(len(dense), count))
                 count += 1
-        a, b, f, n = (np.concatenate(x) for x in (uv, uv_end, face, loop))
+        a, b = np.concatenate(uv), np.concatenate(uv_end)
+        f, n = np.concatenate(face), np.concatenate(loop)
         point, end = chords(charts, f, a), chords(charts, f, b)
         keep = np.linalg.norm(end - point, axis=1) > 1e-9 * size  # no segments inside a pole
-        a, b, f, n, point, end = (x[keep] for x in (a, b, f, n, point, end))
+        a, b, f, n, point, end = a[keep], b[keep], f[keep], n[keep], point[keep], end[keep]
         middle = chords(charts, f, (a + b) / 2.0)
         partner = _partners(point, end, middle, f, n, tol)
         free = (partner < 0) & ~_seams(charts, f, (a + b) / 2.0)

@@ -141,7 +141,7 @@ def basis_functions(knots: Array, degree: int, t: Array) -> tuple[IntArray, Arra
 
 def _triangle(knots: Array, degree: int, span: IntArray, t: Array) -> list[Array]:
     """Basis functions of degrees 0..degree on the span: entry p is (p + 1, k)."""
-    tables = [np.ones((1, len(t)))]
+    tables: list[Array] = [np.ones((1, len(t)))]
     for p in range(1, degree + 1):
         previous, new = tables[-1], np.zeros((p + 1, len(t)))
         for r in range(p):

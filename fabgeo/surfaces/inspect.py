@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, BoolArray
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
 
 SAMPLES = 4000
@@ -189,7 +189,7 @@ def _suggestion(
 _NAMES = ("larger", "smaller")
 
 
-def _notes(surface: DesignSurface, umbilic: Array, flat: Array, signs: Array) -> list[str]:
+def _notes(surface: DesignSurface, umbilic: BoolArray, flat: BoolArray, signs: Array) -> list[str]:
     notes = []
     if umbilic.mean() > 0.0:
         notes.append(

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, BoolArray
 
 type Value = "Jet | float"
 
@@ -205,7 +205,7 @@ def _abs(a: Jet) -> Jet:
     return a * _where(a.f < 0.0, -1.0, 1.0, a)
 
 
-def _where(condition: Array, yes: Value, no: Value, like: Jet) -> Jet:
+def _where(condition: BoolArray, yes: Value, no: Value, like: Jet) -> Jet:
     y = yes if isinstance(yes, Jet) else constant_like(like, yes)
     n = no if isinstance(no, Jet) else constant_like(like, no)
     pairs = zip(_parts(y), _parts(n), strict=True)

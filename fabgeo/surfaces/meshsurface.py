@@ -163,7 +163,7 @@ class MeshSurface:
         """How messages call it."""
         return self._name
 
-    @cached_property
+    @property
     def bounds(self) -> Array:
         """Bounding box (2, 3) of the vertices."""
         return np.stack([self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)])
@@ -176,9 +176,13 @@ class MeshSurface:
             np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2
         )
 
-    @cached_property
+    @property
     def loops(self) -> tuple[Array, ...]:
         """Boundary loops with three points more on every edge, curved as the surface is."""
+        return self._loops
+
+    @cached_property
+    def _loops(self) -> tuple[Array, ...]:
         t = np.arange(4)[:, None] / 4.0
         loops = []
         for loop in self.mesh.loops:
@@ -223,7 +227,10 @@ class MeshSurface:
         point, normal, shape = self._blend(place)
         todo = np.arange(len(x))
         for _ in range(steps):
-            move = _tangent_step(x[todo] - point[todo], normal[todo], shape[todo])
+            # On the border the curvature across it must not push the foot along it.
+            here = _Place(place.triangle[todo], place.weight[todo])
+            bend = np.where(self._on_border(here)[:, None, None], 0.0, shape[todo])
+            move = _tangent_step(x[todo] - point[todo], normal[todo], bend)
             new, at = self._nearest(foot[todo] + move)
             going = np.linalg.norm(at - foot[todo], axis=1) > 1e-8 * self.size
             if not going.any():
@@ -290,7 +297,7 @@ def _tangent_step(r: Array, normal: Array, shape: Array) -> Array:
     tangent = r - h[:, None] * normal
     # Beyond the centre of curvature the step would turn round: stay at half the way there.
     bend = np.linalg.norm(shape, axis=(1, 2))
-    h = np.clip(h, -1e30, None) * np.minimum(1.0, 0.7 / np.maximum(np.abs(h) * bend, 1e-300))
+    h = h * np.minimum(1.0, 0.7 / np.maximum(np.abs(h) * bend, 1e-300))
     return np.linalg.solve(np.eye(3) - h[:, None, None] * shape, tangent[..., None])[..., 0]
 
 

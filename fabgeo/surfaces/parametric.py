@@ -79,9 +79,13 @@ class ParametricSurface:
         """How messages call it."""
         return self._name
 
-    @cached_property
+    @property
     def bounds(self) -> Array:
         """Bounding box (2, 3) of dense samples and the border."""
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> Array:
         points = np.concatenate([*(s.point for s in self._starts), self.border.point])
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -256,7 +260,9 @@ class ParametricSurface:
         rows = np.flatnonzero(area < 1e-7 * scale)
         if not len(rows):
             return d
-        bent = replace(d, **{k: getattr(d, k).copy() for k in ("u", "v", "uu", "uv", "vv")})
+        bent = replace(
+            d, **{k: getattr(d, k).copy() for k in ("point", "u", "v", "uu", "uv", "vv")}
+        )
         domains = np.stack([c.domain for c in self.charts])[face[rows]]
         middle = domains.mean(axis=2)
         uv = np.stack([u[rows], v[rows]], axis=1)
@@ -350,15 +356,16 @@ def _cell_areas(chart: Chart) -> Array:
 
 
 def _kept(chart: Chart, trim: Trim | None) -> Array | float:
-    """Which sample cells (nu, nv) have their middle inside the trims."""
+    """Which part of every sample cell (nu, nv) is inside the trims, by 6 x 6 points in it."""
     if trim is None:
         return 1.0
     nu, nv = _counts(chart)
     (u0, u1), (v0, v1) = chart.domain
-    u = u0 + (np.arange(nu) + 0.5) * (u1 - u0) / nu
-    v = v0 + (np.arange(nv) + 0.5) * (v1 - v0) / nv
+    u = u0 + (np.arange(6 * nu) + 0.5) * (u1 - u0) / (6 * nu)
+    v = v0 + (np.arange(6 * nv) + 0.5) * (v1 - v0) / (6 * nv)
     uv = np.stack([a.ravel() for a in np.meshgrid(u, v, indexing="ij")], axis=1)
-    return trim.contains(trim.local(chart, uv)).reshape(nu, nv)
+    kept = trim.contains(trim.local(chart, uv)).reshape(nu, 6, nv, 6)
+    return kept.mean(axis=(1, 3), dtype=np.float64)
 
 
 def _even(chart: Chart, area: Array, wanted: float) -> Array:

@@ -72,5 +72,6 @@ def _simpson_steps(speed: Callable[[Array], Array], t: Array) -> Array:
 
 def plane_axes(normal: Array) -> tuple[Array, Array]:
     """Two unit vectors that form a right-handed frame with `normal`."""
-    e1 = unit(np.cross(np.eye(3)[np.argmin(np.abs(normal))], normal))
+    helper: Array = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    e1 = unit(np.asarray(np.cross(helper, normal), dtype=np.float64))
     return e1, np.cross(normal, e1)

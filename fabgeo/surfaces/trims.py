@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, checked
+from fabgeo.arrays import Array, BoolArray, IntArray, checked
 from fabgeo.errors import InputError
 from fabgeo.surfaces.chart import Chart, inside
 
@@ -184,7 +184,7 @@ def resampled(chart: Chart, loop: Array, longest: float) -> Array:
     return loop[start] + t[:, None] * (np.roll(loop, -1, axis=0)[start] - loop[start])
 
 
-def chords(charts: Sequence[Chart], which: Array, uv: Array) -> Array:
+def chords(charts: Sequence[Chart], which: IntArray, uv: Array) -> Array:
     """Points (k, 3) of parameters (k, 2) on the charts `which` (k,)."""
     points = np.empty((len(uv), 3))
     for i, chart in enumerate(charts):
