@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from fabgeo.panels.limits import Tolerances
 from fabgeo.panels.made import skew_of
 from fabgeo.panels.pool import CLASSES, Pool, as_fitted
 from fabgeo.panels.samples import PanelInput, Samples, boundary_tilt, end_swing, sample
+from fabgeo.strips.ruled import RuledPatch
 
+_DENSER = (65, 257)  # samples along a patch where its bound is to be sharpened
 _ROWS = np.array([0.0, 1.0])  # along a ruling the distance is nearly linear
 
 
@@ -74,11 +76,23 @@ def measured(
     return Pool(panel, kinds, carriers, found, bound, flange, skew_of(samples, carriers, form_mm))
 
 
-def allowed(pool: Pool, tolerances: Tolerances) -> Pool:
-    """The candidates whose bounds keep the limits that concern a panel alone."""
-    good = (pool.bound <= tolerances.deviation_mm) & (pool.flange <= tolerances.flange)
-    good &= np.isfinite(pool.bound)
-    return pool[np.flatnonzero(good | ~pool.replaced)]
+def allowed(pool: Pool, patches: Sequence[RuledPatch], tolerances: Tolerances) -> Pool:
+    """The candidates whose bounds keep the limits that concern a panel alone.
+
+    Where only the bound is beyond the tolerance, denser samples bring it closer to what is found.
+    """
+    limit = tolerances.deviation_mm
+    good = np.isfinite(pool.deviation) & (pool.flange <= tolerances.flange)
+    pool = pool[np.flatnonzero((good & (pool.deviation <= limit)) | ~pool.replaced)]
+    for count in _DENSER:
+        index = np.flatnonzero(~(pool.bound <= limit) & (pool.deviation <= limit))
+        if len(index) == 0:
+            break
+        samples = sample([patches[p] for p in pool.panel[index]], count)
+        found, bound = pool.deviation.copy(), pool.bound.copy()
+        found[index], bound[index] = deviation(samples, pool.carriers[index])
+        pool = replace(pool, deviation=found, bound=bound)
+    return pool[np.flatnonzero((pool.bound <= limit) & (pool.deviation <= limit))]
 
 
 @dataclass(frozen=True)
@@ -115,7 +129,8 @@ def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> OwnC
     The closest shape has the smallest largest deviation. The others weigh the boundary, and the
     normals along it, so that neighbours find them where the fitted panel was.
     """
-    samples = sample([panel.patch for panel in panels])
+    patches = [panel.patch for panel in panels]
+    samples = sample(patches)
     size, everyone = samples.size, np.arange(len(panels))
     pool = as_fitted(start(samples))
     possible = np.ones((len(panels), len(CLASSES)), dtype=bool)
@@ -134,9 +149,8 @@ def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> OwnC
             if edge is None:
                 fits.append(near)
                 possible[:, kind] = power_mean(targets.residuals(near)[0]) <= 1.0
-            pool = pool.with_more(
-                allowed(measured(everyone, kind, near, samples, tolerances.form_mm), tolerances)
-            )
+            found = measured(everyone, kind, near, samples, tolerances.form_mm)
+            pool = pool.with_more(allowed(found, patches, tolerances))
     return OwnCandidates(pool, samples, possible, tuple(fits))
 
 

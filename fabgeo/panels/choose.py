@@ -141,6 +141,7 @@ class _Search:
         self.tolerances, self.costs, self.seconds = tolerances, costs, seconds
         self.own = own_candidates(panels, tolerances)
         self.pool, self.samples = self.own.pool, self.own.samples
+        self.patches = [panel.patch for panel in panels]
         self.joints = joints_of(panels)
         self.coordination = Coordination(self.samples, self.joints, tolerances)
         self.pairs: Pairs = pairs_of(self.pool, self.joints, tolerances)
@@ -207,7 +208,7 @@ class _Search:
         if len(index) == 0:
             return
         found = measured(index, k, carriers[index], self.samples[index], self.tolerances.form_mm)
-        self.pool = self.pool.with_more(allowed(found, self.tolerances))
+        self.pool = self.pool.with_more(allowed(found, self.patches, self.tolerances))
 
 
 def _scatter(carriers: Carriers, index: IntArray, values: Carriers) -> Carriers:

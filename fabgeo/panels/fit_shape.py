@@ -26,6 +26,8 @@ _FREE: dict[str, Array] = {
     "rolled": np.array([1.0, 1, 1, 1, 0, 0]),  # a cylinder of given radius
 }
 
+_LONGEST = 0.5  # step, in radians and in panel sizes
+
 
 @dataclass(frozen=True)
 class Targets:
@@ -192,13 +194,15 @@ def _step(r: Array, jac: Array, unit: Array, free: Array, power: float, damping:
     weight = np.abs(r) ** (power - 2.0) if power > 2.0 else np.ones_like(r)
     jac = jac * free / unit[:, None, None]
     scale = np.sqrt((jac * jac * weight[..., None]).sum(axis=1))
-    scale = np.where(scale > 1e-150, scale, 1.0)
+    # A step that changes nothing (the turning rate of a plane's rulings) stays where it is.
+    scale = np.maximum(scale, 1e-10 * scale.max(axis=1, keepdims=True) + 1e-290)
     jac = jac / scale[:, None]
     across = jac.transpose(0, 2, 1)
     normal = across @ (jac * weight[..., None])
     normal += damping[:, None, None] * np.eye(6) + np.diag(1.0 - free)
     right = -(across @ (weight * r)[..., None]) / (power - 1.0)
-    return np.linalg.solve(normal, right)[..., 0] / scale * free
+    step = np.linalg.solve(normal, right)[..., 0] / scale * free
+    return np.clip(step, -_LONGEST, _LONGEST)
 
 
 def _put(into: Carriers, index: IntArray, values: Carriers) -> Carriers:

@@ -1,0 +1,126 @@
+"""The joint choice keeps its limits, measured again from the made panels alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from panel_patches import cone_strips, panels_of
+
+from fabgeo.errors import InputError
+from fabgeo.panels.choose import JointChoice, choose
+from fabgeo.panels.classify import classify
+from fabgeo.panels.forming import Sheet, forming_of
+from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.samples import PanelInput
+from fabgeo.panels.tradeoff import plot, table, trade_off
+from fabgeo.strips.ruled import RuledPatch
+
+LIMITS = Tolerances(deviation_mm=3.0, kink_deg=1.0, gap_mm=2.0)
+
+
+@pytest.fixture(scope="module")
+def panels() -> list[PanelInput]:
+    return panels_of(cone_strips(), 6)
+
+
+@pytest.fixture(scope="module")
+def chosen(panels: list[PanelInput]) -> JointChoice:
+    return choose(panels, LIMITS, rounds=2)
+
+
+def boundary(patch: RuledPatch, side: str) -> tuple[np.ndarray, np.ndarray]:
+    """Points and normals along one side of a patch, from the patch alone."""
+    v = {"first": 0.0, "second": 1.0}.get(side)
+    if v is None:
+        t = np.linspace(0.0, 1.0, 801)
+        u = np.full(801, patch.u0 if side == "start" else patch.u1)
+    else:
+        u, t = np.linspace(patch.u0, patch.u1, 801), np.full(801, v)
+    points = patch.points(u, t)
+    speed = patch.edges(u, 1)
+    ends = patch.edges(u)
+    x_u = speed[0] + t[:, None] * (speed[1] - speed[0])
+    normal = np.cross(x_u, ends[1] - ends[0])
+    return points, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+
+
+def between(p: np.ndarray, q: np.ndarray, side: str) -> np.ndarray:
+    """Vectors from one boundary to the other, of edges from the nearest point to the curve."""
+    if side in ("start", "end"):  # straight lines that begin and end together
+        return p - q
+    p = p[8:-8:8]  # where the other surely runs beside it
+    nearest = np.linalg.norm(p[:, None] - q, axis=-1).argmin(axis=1)
+    tangent = np.gradient(q, axis=0)[nearest]
+    tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
+    away = p - q[nearest]
+    return away - (away * tangent).sum(-1)[:, None] * tangent
+
+
+ACROSS = {"first": "second", "second": "first", "start": "end", "end": "start"}
+
+
+def test_limits_hold_between_made_panels(panels: list[PanelInput], chosen: JointChoice) -> None:
+    made = {c.mark: c for c in chosen.panels}
+    for panel in panels:
+        own = made[panel.mark]
+        for side in panel.neighbours:
+            for mark in panel.beyond(side):
+                other = made[mark]
+                p, n = boundary(own.made, side)
+                q, m = boundary(other.made, ACROSS[side])
+                f, g = (
+                    boundary(panel.patch, side)[1],
+                    boundary(other.fitted, ACROSS[side])[1],
+                )
+                gap = np.linalg.norm(between(p, q, side), axis=-1).max()
+                assert gap <= LIMITS.gap_mm * 1.01
+                assert gap <= own.gap_mm * 1.01 + 0.01
+                kink = np.degrees(np.arccos(np.clip((n * m).sum(-1), -1, 1)))
+                before = np.degrees(np.arccos(np.clip((f * g).sum(-1), -1, 1)))
+                assert np.abs(kink - before).max() <= LIMITS.kink_deg + 0.06
+
+
+def test_costs_and_bounds_are_in_order(chosen: JointChoice) -> None:
+    prices = Costs()
+    assert chosen.cost == sum(getattr(prices, c.cls) for c in chosen.panels)
+    assert chosen.floor <= chosen.bound + 1e-6
+    assert chosen.bound <= chosen.cost + 1e-6
+    assert chosen.cost <= chosen.one_by_one
+    assert all(c.bound_mm <= LIMITS.deviation_mm for c in chosen.panels)
+    assert all(c.kink_added_deg <= LIMITS.kink_deg for c in chosen.panels)
+
+
+def test_panel_by_panel_keeps_the_same_limits(panels: list[PanelInput]) -> None:
+    alone = classify(panels, LIMITS)
+    assert all(c.gap_mm <= LIMITS.gap_mm for c in alone)
+    assert all(c.kink_added_deg <= LIMITS.kink_deg for c in alone)
+
+
+def test_neighbours_are_checked(panels: list[PanelInput]) -> None:
+    far = PanelInput("P-X", panels[0].patch, {"first": panels[-1].mark})
+    with pytest.raises(InputError, match=r"P-X.*lies .* mm from"):
+        classify([far, panels[-1]])
+    with pytest.raises(InputError, match="names a neighbour P-Y"):
+        classify([PanelInput("P-X", panels[0].patch, {"first": "P-Y"})])
+
+
+def test_springing_radius_is_the_published_one() -> None:
+    """Hand-over table: 296 t for S355, 269 t for 5754-H22 (E 210 and 70 GPa, f_y 355, 130)."""
+    assert Sheet(1.0, 210000.0, 355.0).springing_radius == pytest.approx(296, abs=0.5)
+    assert Sheet(1.0, 70000.0, 130.0).springing_radius == pytest.approx(269, abs=0.5)
+    sheet = Sheet(4.0, 70000.0, 130.0, rolls=300.0)
+    assert forming_of("cylinder", 1100.0, sheet)[0] == "spring"
+    assert forming_of("cylinder", 1000.0, sheet)[0] == "roll"
+    assert forming_of("developable", 1000.0, sheet)[0] == "press"
+    assert forming_of("cylinder", 200.0, sheet)[0] == "press"
+    assert "glass" in forming_of("cone", 1e6, Sheet(glass=True))[1]
+
+
+@pytest.mark.slow
+def test_wider_tolerances_cost_no_more(panels: list[PanelInput], tmp_path) -> None:
+    rows = trade_off(panels, (0.3, 3.0), (0.5, 3.0), rounds=1)
+    cost = np.array([r.cost for r in rows]).reshape(2, 2)
+    assert np.all(np.diff(cost, axis=0) <= 0.0)
+    assert np.all([r.floor <= r.cost <= r.one_by_one for r in rows])
+    assert len(table(rows).splitlines()) == 6
+    assert plot(rows, tmp_path / "tradeoff.png").stat().st_size > 5000
