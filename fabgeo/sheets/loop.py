@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.sheets.packing import pack_sheet
+from fabgeo.sheets.packing import QUEUE, pack_sheet
 from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.shelf import Layout, fits
 from fabgeo.sheets.stock import Placement, Stock
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 CANDIDATES = 24
 MOST_TRIES = 12  # a sheet and stock
+LEAST_QUEUE, MOST_QUEUE = 2, 32  # of the tree search
+THREADS = 2
 
 
 def knapsack_loop(
@@ -47,12 +50,12 @@ def knapsack_loop(
     sound : callable
         The exact check of one sheet.
     """
-    random = np.random.default_rng(seed)
+    loop = _Loop(rules, end, steps, sound, np.random.default_rng(seed))
     waiting = sorted(pieces, key=lambda piece: -piece.area)
     left = {stock.name: stock.quantity for stock in rules.stocks}
     layout: Layout = []
     while waiting:
-        found = _best_sheet(waiting, rules, left, end, random, steps, sound)
+        found = loop.best_sheet(waiting, [s for s in rules.stocks if left[s.name] != 0])
         if found is None:
             break
         stock, placements = found
@@ -65,43 +68,66 @@ def knapsack_loop(
     return layout
 
 
-def _best_sheet(
-    waiting: list[Piece],
-    rules: Rules,
-    left: dict[str, int | None],
-    end: float,
-    random: np.random.Generator,
-    steps: int | None,
-    sound: Callable[[Stock, list[Placement]], bool],
-) -> tuple[Stock, list[Placement]] | None:
-    areas = {piece.mark: piece.area for piece in waiting}
-    able = {
-        stock.name: [piece for piece in waiting if fits(piece, stock, rules.margin)]
-        for stock in rules.stocks
-        if left[stock.name] != 0
-    }
-    stocks = [stock for stock in rules.stocks if able.get(stock.name)]
-    if not stocks:
-        return None
-    stop = time.monotonic() + _share(waiting, stocks, end)
-    best: tuple[Stock, list[Placement]] | None = None
-    most, tries = 0.0, 0
-    # Every stock is tried once whatever the clock says, unless the end itself has come.
-    while tries < (steps or MOST_TRIES) * len(stocks):
-        now = time.monotonic()
-        if steps is None and (now >= end or (tries >= len(stocks) and now >= stop)):
-            break
-        stock = stocks[tries % len(stocks)]
-        chosen = _draw(able[stock.name], random)
-        seconds = end - now if steps is None else None
-        placed = pack_sheet(chosen, stock, rules.spacing, rules.margin, seconds)
-        fill = sum(areas[placement.mark] for placement in placed) / _price(stock)
-        if placed and fill > most and sound(stock, placed):
-            best, most = (stock, placed), fill
-        tries += 1
-        if len(chosen) == len(waiting) and tries >= len(stocks):
-            break  # all that waits was on offer: another draw brings nothing new
-    return best
+class _Loop:
+    """Rounds of tries, one a stock; the engine works on them side by side (it frees Python)."""
+
+    def __init__(
+        self,
+        rules: Rules,
+        end: float,
+        steps: int | None,
+        sound: Callable[[Stock, list[Placement]], bool],
+        random: np.random.Generator,
+    ) -> None:
+        self.rules, self.end, self.steps = rules, end, steps
+        self.sound, self.random = sound, random
+        self.pace = 0.05  # seconds of one try over the queue's size, measured as it goes
+
+    def best_sheet(
+        self, waiting: list[Piece], stocks: list[Stock]
+    ) -> tuple[Stock, list[Placement]] | None:
+        areas = {piece.mark: piece.area for piece in waiting}
+        able = {
+            stock.name: [piece for piece in waiting if fits(piece, stock, self.rules.margin)]
+            for stock in stocks
+        }
+        stocks = [stock for stock in stocks if able[stock.name]]
+        if not stocks:
+            return None
+        share = _share(waiting, stocks, self.end)
+        stop = time.monotonic() + share
+        best: tuple[Stock, list[Placement]] | None = None
+        most = 0.0
+        for k in range(self.steps or MOST_TRIES):
+            now = time.monotonic()
+            if self.steps is None and (now >= self.end or (k > 0 and now >= stop)):
+                break
+            chosen = [_draw(able[stock.name], self.random) for stock in stocks]
+            for stock, placed in zip(stocks, self._round(stocks, chosen, share), strict=True):
+                fill = sum(areas[placement.mark] for placement in placed) / _price(stock)
+                if placed and fill > most and self.sound(stock, placed):
+                    best, most = (stock, placed), fill
+            if all(len(some) == len(waiting) for some in chosen):
+                break  # all that waits was on offer: another draw brings nothing new
+        return best
+
+    def _round(
+        self, stocks: list[Stock], chosen: list[list[Piece]], share: float
+    ) -> list[list[Placement]]:
+        start = time.monotonic()
+        seconds = None if self.steps is not None else max(0.1, self.end - start)
+        queue = QUEUE
+        if self.steps is None:
+            queue = int(np.clip(share / (self.pace * len(stocks)), LEAST_QUEUE, MOST_QUEUE))
+
+        def one(stock: Stock, pieces: list[Piece]) -> list[Placement]:
+            rules = self.rules
+            return pack_sheet(pieces, stock, rules.spacing, rules.margin, seconds, queue)
+
+        with ThreadPoolExecutor(min(THREADS, len(stocks))) as pool:
+            placed = list(pool.map(one, stocks, chosen))
+        self.pace = (time.monotonic() - start) / (queue * len(stocks))
+        return placed
 
 
 def _draw(able: list[Piece], random: np.random.Generator) -> list[Piece]:

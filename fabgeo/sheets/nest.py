@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 from fabgeo.errors import InputError, PartError
@@ -138,17 +139,20 @@ class _Group:
     def _engines(
         self, pieces: list[Piece], end: float, seed: int, steps: int | None
     ) -> Iterator[Layout]:
-        """Layouts of the engines that suit the group, one after the other until time is up.
+        """Layouts of the engines that suit the group.
 
-        One stock and not too many pieces: all at once for 60 % of the time, then the loop.
+        One stock and not too many pieces: all at once beside the loop, which takes one thread.
         """
         rules = self.rules
-        if steps is None and len(rules.stocks) == 1 and len(pieces) <= AT_ONCE:
-            seconds = 0.6 * (end - time.monotonic())
-            stock = rules.stocks[0]
-            sheets = pack_bins(pieces, stock, rules.spacing, rules.margin, seconds)
-            yield [(stock, sheet) for sheet in sheets]
-        yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
+        if steps is not None or len(rules.stocks) != 1 or len(pieces) > AT_ONCE:
+            yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
+            return
+        stock = rules.stocks[0]
+        with ThreadPoolExecutor(1) as pool:
+            seconds = end - time.monotonic()
+            bins = pool.submit(pack_bins, pieces, stock, rules.spacing, rules.margin, seconds)
+            yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
+            yield [(stock, sheet) for sheet in bins.result()]
 
     def _sound(self, stock: Stock, placements: list) -> bool:
         sheet = Sheet("", stock, tuple(placements), 0.0)

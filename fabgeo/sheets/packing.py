@@ -48,17 +48,18 @@ def pack_sheet(
     spacing: float,
     margin: float,
     seconds: float | None = None,
+    queue: int = QUEUE,
 ) -> list[Placement]:
     """As much area as possible on one sheet by the deterministic tree search: unverified.
 
-    Equal input gives equal output unless `seconds` cut it short.
+    Equal input gives equal output unless `seconds` cut it short. Time grows with `queue`.
     """
     irregular = _engine()
     builder = _asked(irregular, pieces, spacing)
     builder.set_objective(irregular.Objective.Knapsack)
     shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
     builder.add_bin_type(shape, copies=1)
-    parameters = _searching(irregular, seconds)
+    parameters = _searching(irregular, seconds, queue)
     sheets = _placed(irregular.optimize(builder.build(), parameters).solution, pieces, margin)
     return sheets[0] if sheets else []
 
@@ -95,12 +96,12 @@ def _asked(irregular: Any, pieces: Sequence[Piece], spacing: float) -> Any:
     return builder
 
 
-def _searching(irregular: Any, seconds: float | None) -> Any:
+def _searching(irregular: Any, seconds: float | None, queue: int) -> Any:
     parameters = irregular.OptimizeParameters()
     parameters.verbosity_level = 0
     parameters.optimization_mode = irregular.OptimizationMode.NotAnytimeDeterministic
     parameters.use_tree_search = True
-    parameters.not_anytime_tree_search_queue_size = QUEUE
+    parameters.not_anytime_tree_search_queue_size = queue
     if seconds is not None:
         parameters.time_limit = max(seconds, 0.1)
     return parameters
