@@ -6,7 +6,7 @@ n b^2, b the bandwidth; a sparse direct solver grows more slowly but starts dear
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -41,8 +41,7 @@ class NormalEquations:
         self, stencils: Sequence[IntArray], node_count: int, dim: int, method: Method = "auto"
     ) -> None:
         self.node_count, self.dim = node_count, dim
-        unique = {id(s): s for s in stencils}.values()
-        pairs = np.unique(np.concatenate([_pair_keys(s, node_count) for s in unique]))
+        pairs = _pair_keys({id(s): s for s in stencils}.values(), node_count)
         place, self.bandwidth = _ordering(pairs, node_count, dim)
         first, second = np.divmod(pairs, node_count)
         upper = place[first] <= place[second]
@@ -128,10 +127,20 @@ class NormalEquations:
         return solution.reshape(-1, self.dim)[self._place]
 
 
-def _pair_keys(nodes: IntArray, count: int) -> IntArray:
-    """All ordered pairs of nodes that meet in an element, as unique keys."""
-    keys = [nodes[:, a] * count + nodes[:, b] for a, b in np.ndindex((nodes.shape[1],) * 2)]
-    return np.unique(np.concatenate(keys))
+def _pair_keys(stencils: Iterable[IntArray], count: int) -> IntArray:
+    """All ordered pairs of nodes that meet in an element, as ascending keys."""
+    rows = [
+        sp.csr_array(
+            (np.ones(n.size, dtype=np.int32), n.ravel(), np.arange(0, n.size + 1, n.shape[1])),
+            shape=(len(n), count),
+        )
+        for n in stencils
+    ]
+    incidence = sp.csr_array(sp.vstack(rows))
+    graph = sp.csr_array(incidence.T @ incidence)
+    graph.sort_indices()
+    first = np.repeat(np.arange(count), np.diff(graph.indptr))
+    return first * count + graph.indices.astype(np.int64)
 
 
 def _ordering(pairs: IntArray, count: int, dim: int) -> tuple[IntArray, int]:

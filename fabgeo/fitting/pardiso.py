@@ -7,6 +7,8 @@ substitution.
 from __future__ import annotations
 
 import os
+import sys
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,9 +30,8 @@ class Pardiso:
         self._matrix, self._take = numbered_csr(row[upper], column[upper], upper, size)
         starts, columns = self._matrix.indptr[:-1], self._matrix.indices
         self._diagonal = starts[columns[starts] == np.arange(size)]
+        _point_to_mkl()
         self._solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-        # Every new solver searches the whole environment for MKL unless told where it is.
-        os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         self._analysed = False
 
     def solve(self, entries: Array, shift: Array, right: Array) -> Array:
@@ -51,3 +52,10 @@ class Pardiso:
         if getattr(self, "_analysed", False):
             self._solver.set_phase(-1)
             self._solver._call_pardiso(sp.csr_matrix((0, 0)), np.zeros(0))
+
+
+def _point_to_mkl() -> None:
+    """Name MKL's library, for which every new solver would search the whole environment."""
+    found = sorted(Path(sys.prefix).glob("[Ll]ib*/*mkl_rt*"))
+    if found and "PYPARDISO_MKL_RT" not in os.environ:
+        os.environ["PYPARDISO_MKL_RT"] = str(found[0])

@@ -97,4 +97,49 @@ def iso_start(surface: Graph, strips: int, segments: int, swap: bool = False) ->
     return StripModel(spline.interpolate(points))
 
 
-__all__ = ["Graph", "iso_start", "quadric", "unit"]
+@dataclass
+class SphereZone:
+    """The part |z| <= height of a sphere: closest points are radial, a tube in topology."""
+
+    radius: float = 8000.0
+    height: float = 4000.0
+    name: str = "sphere zone"
+
+    @property
+    def bounds(self) -> Array:
+        r, h = self.radius, self.height
+        return np.array([[-r, -r, -h], [r, r, h]])
+
+    @property
+    def loops(self) -> tuple[Array, ...]:
+        return self.circle(-self.height), self.circle(self.height)
+
+    def circle(self, z: float, count: int = 400) -> Array:
+        angle = 2.0 * np.pi * np.arange(count) / count
+        r = np.sqrt(self.radius**2 - z**2)
+        return np.stack([r * np.cos(angle), r * np.sin(angle), np.full(count, z)], axis=-1)
+
+    def closest(self, points: Array) -> SurfacePoints:
+        normal = unit(points)
+        shape = -(np.eye(3) - normal[:, :, None] * normal[:, None, :]) / self.radius
+        return SurfacePoints(self.radius * normal, normal, shape, np.zeros(len(points), bool))
+
+    def sample(self, count: int) -> SurfacePoints:
+        return self.closest(
+            np.concatenate([self.circle(z, 40) for z in np.linspace(-1, 1, 20) * self.height])
+        )
+
+
+def sphere_start(surface: SphereZone, strips: int, segments: int, around: bool) -> StripModel:
+    """Edges along parallels (around: closed in u) or along meridians (closed in i)."""
+    if around:
+        z = np.linspace(-surface.height, surface.height, strips + 1)
+        return StripModel(
+            spline.interpolate(np.stack([surface.circle(v, segments) for v in z]), True), True
+        )
+    z = np.linspace(-surface.height, surface.height, segments + 1)
+    points = np.stack([surface.circle(v, strips) for v in z], axis=1)
+    return StripModel(spline.interpolate(points), False, True)
+
+
+__all__ = ["Graph", "SphereZone", "iso_start", "quadric", "sphere_start", "unit"]

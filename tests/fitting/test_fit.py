@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fit_helpers import iso_start, quadric
+from fit_helpers import SphereZone, iso_start, quadric, sphere_start
 
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting import FitOptions, fit
+from fabgeo.fitting.objectives.points import closest_sites
+from fabgeo.fitting.samples import Net
+from fabgeo.fitting.subdivide import subdivide
 from fabgeo.strips.measures import measure
 
 DOME, SADDLE = (-0.5e-4, -1.5e-4), (0.5e-4, -1.0e-4)
@@ -75,3 +78,59 @@ def test_unknown_kinds_and_boundaries_are_refused():
         fit(surface, start, "round")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="boundary"):
         FitOptions(boundary="edge")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("around", [True, False])
+def test_tubes_close_in_both_directions(around):
+    surface = SphereZone()
+    start = sphere_start(surface, *((6, 16) if around else (16, 8)), around)
+    result = fit(surface, start)
+    found = measure(result.model, surface)
+    assert (result.model.closed_u, result.model.closed_i) == (around, not around)
+    assert result.status == "converged"
+    assert found.twist_deg.value <= 0.002
+    assert found.deviation_over_sag_limit <= 1.05
+
+
+def test_subdividing_moves_nothing():
+    for closed in (False, True):
+        start = sphere_start(SphereZone(), 6, 8, not closed)
+        fine = subdivide(start)
+        assert fine.strips == 2 * start.strips
+        u = np.linspace(0.0, start.segments, 7)
+        np.testing.assert_array_equal(fine.points(u)[::2], start.points(u))
+        a, b = start.pairs(start.points(u))
+        np.testing.assert_allclose(fine.points(u)[1::2], (a + b) / 2.0, atol=1e-9)
+
+
+def test_coarse_levels_lead_to_the_same_model():
+    surface = quadric(*DOME)
+    start = iso_start(surface, 6, 16)
+    direct = fit(surface, start, options=FitOptions(levels=0))
+    coarse = fit(surface, start, options=FitOptions(levels=1))
+    assert coarse.history[0]["segments"] == 8
+    assert coarse.model.segments == 16
+    sag = measure(direct.model, surface).sag_limit.value
+    u = np.linspace(0.0, 16.0, 33)
+    distance = np.linalg.norm(direct.model.points(u) - coarse.model.points(u), axis=-1)
+    normal = np.abs(direct.model.points(u)[..., 2] - coarse.model.points(u)[..., 2])
+    assert normal.max() < 2.0 * sag
+    assert np.sqrt(np.mean(distance**2)) < 20.0 * sag
+    assert measure(coarse.model).twist_deg.value <= 0.002
+
+
+def test_mounting_points_are_met():
+    surface = quadric(*DOME)
+    start = iso_start(surface, 6, 8)
+    edge = start.points(np.array([2.0, 5.5]))[[2, 4], [0, 1]]
+    points = edge + np.array([[30.0, 200.0, 0.0], [0.0, -150.0, 0.0]])
+    points[:, 2] = surface.lift(*points[:, :2].T)[:, 2]
+    result = fit(surface, start, options=FitOptions(points=points))
+
+    def gap(model):
+        i, u = closest_sites(Net.of(model), np.array(model.control), points)
+        return np.linalg.norm(model.points(u)[i, [0, 1]] - points, axis=1)
+
+    assert np.all(gap(start) > 100.0)
+    assert np.all(gap(result.model) < 5.0)
+    assert measure(result.model, surface).deviation_over_sag_limit <= 2.0
