@@ -15,6 +15,7 @@ import numpy as np
 from fabgeo import spline
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting import held as holding
+from fabgeo.fitting.asymptotic import obstacle
 from fabgeo.fitting.folds import find_fold
 from fabgeo.fitting.level import Level
 from fabgeo.fitting.levenberg import Solution, Step, minimise
@@ -31,6 +32,7 @@ LEAST_SEGMENTS = 8
 COARSE_LIMIT = 10.0  # multiple of the limits that a coarse level has to reach
 PATIENCE = 3  # stages in a row without gain, after which more weight is of no use
 FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
+WORTH_A_REASON = 1.2  # of the sag limit: above, the reason says what holds the model off
 ROUNDS = 6  # of reweighting, at most
 
 
@@ -73,7 +75,7 @@ class FitResult:
         In the unit of the start.
     status : str
         "converged": within the limits asked; "limited": nothing more helps, the limits are not
-        reached; "folded"; "interrupted": the listener stopped it.
+        reached; "interrupted": the listener stopped it. (Steps that fold a strip are never taken.)
     reason : str
         Why the fit ended, for people; names strip and u where one is to blame.
     history : tuple of dict
@@ -274,13 +276,20 @@ class _Fit:
         if self.interrupted:
             return "interrupted", "stopped by the listener"
         figures = self._figures()
-        if self._excess(figures) <= 1.0:
-            return "converged", "within the limits of twist and kind; nothing more is gained"
-        return "limited", (
-            f"strip {figures.twist_strip} twists by {figures.twist_deg:.4f} degrees at "
-            f"u = {figures.twist_u:.2f} (limit {self.options.twist_limit_deg}); a larger weight of "
-            "developability no longer helps"
-        )
+        within = self._excess(figures) <= 1.0
+        why = ""
+        if not within or figures.deviation_over_sag > WORTH_A_REASON:
+            why = obstacle(self.level.net, self.control, self.reference, self.held)
+        if within:
+            words = ["within the limits of twist and kind; nothing more is gained"]
+        else:
+            words = [
+                f"strip {figures.twist_strip} twists by {figures.twist_deg:.4f} degrees at u = "
+                f"{figures.twist_u:.2f} (limit {self.options.twist_limit_deg}), the defect of its "
+                f"kind is {figures.kind_deg:.4f} degrees (limit {self.options.kind_limit_deg}); a "
+                "larger weight of developability no longer helps"
+            ]
+        return "converged" if within else "limited", "; ".join([*words, *([why] if why else [])])
 
     def _figures(self) -> Quality:
         return quality(self.level.state(self.control), self.level.dense, self.kind)

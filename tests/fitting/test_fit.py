@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fit_helpers import SphereZone, iso_start, quadric, sphere_start
+from fit_helpers import Graph, SphereZone, iso_start, quadric, sphere_start
 
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting import FitOptions, fit
@@ -134,3 +134,16 @@ def test_mounting_points_are_met():
     assert np.all(gap(start) > 100.0)
     assert np.all(gap(result.model) < 5.0)
     assert measure(result.model, surface).deviation_over_sag_limit <= 2.0
+
+
+def test_a_boundary_along_an_asymptotic_direction_is_named():
+    # z = k x y: the lines x = const and y = const are its asymptotic lines.
+    k = 4e-5
+    surface = Graph(
+        lambda x, y: k * x * y,
+        lambda x, y: (k * y, k * x),
+        lambda x, y: (0 * x, k + 0 * x, 0 * x),
+    )
+    result = fit(surface, iso_start(surface, 6, 8), options=FitOptions(stages=2, iterations=4))
+    assert "asymptotic direction" in result.reason
+    assert "end u = 0" in result.reason
