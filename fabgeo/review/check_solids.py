@@ -10,6 +10,7 @@ from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
 from fabgeo.review.solid_plate import VOLUME_EPS, solid_plate
+from fabgeo.review.step_faces import turned_faces
 
 if TYPE_CHECKING:
     from fabgeo.cad.readback import ReadPart
@@ -44,6 +45,8 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
                 findings.add(part.name, "solid", "a plate with two skins", "another shape")
             else:
                 measured.plates[part.name] = plate
+    for name, count in turned_faces(package.step).items():
+        findings.add(name, "faces of its solid turned inside out", 0, count)
     measured.figures["solids"] = float(len(parts))
     measured.figures["invalid_solids"] = float(bad)
     _names(package, measured, findings)

@@ -1,0 +1,157 @@
+"""Schedules, verdicts and drawings: what stands in the files is what the record says."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from review_synthetic import record
+
+from fabgeo.errors import InputError
+from fabgeo.review.dxf_text import Curve
+from fabgeo.review.manifest import write_manifest
+from fabgeo.review.record import SUMMARY_KEYS, Limit, ReviewRecord
+from fabgeo.review.schedules import bom_rows, cell_text, disarmed, write_schedules
+from fabgeo.review.solid_plate import developed
+from fabgeo.review.verdicts import judge, review_of, verdict_of, write_review
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_the_csv_says_what_the_record_says(tmp_path: Path) -> None:
+    made = record(2, 3)
+    write_schedules(tmp_path, made)
+    rows = rows_of(tmp_path / "schedules" / "panels.csv")
+    assert [row["mark"] for row in rows] == [row["mark"] for row in made.panels]
+    for row, own in zip(rows, made.panels, strict=True):
+        assert float(row["area_m2"]) == pytest.approx(own["area_m2"], abs=5e-7)
+        assert row["kink_edge"] == ""
+    points = rows_of(tmp_path / "setout" / "points.csv")
+    normals = np.array([[float(row[k]) for k in ("nx", "ny", "nz")] for row in points])
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-7)
+
+
+def test_two_writes_are_equal_to_the_byte(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_schedules(tmp_path / name, record(2, 2))
+    for path in sorted((tmp_path / "a").rglob("*.*")):
+        other = tmp_path / "b" / path.relative_to(tmp_path / "a")
+        assert path.read_bytes() == other.read_bytes(), path.name
+
+
+def test_the_workbook_has_frozen_headers_filters_units_and_no_formula(tmp_path: Path) -> None:
+    from openpyxl import load_workbook
+
+    made = record(2, 2)
+    hostile = {**made.panels[0], "material": "=HYPERLINK(1)", "reason": "@x"}
+    write_schedules(tmp_path, ReviewRecord("x", panels=(hostile, *made.panels[1:])))
+    sheet = load_workbook(tmp_path / "schedules" / "fabgeo.xlsx")["panels"]
+    assert sheet.freeze_panes == "B2"
+    assert sheet.auto_filter.ref is not None
+    heads = [cell.value for cell in sheet[1]]
+    assert "mass [kg]" in heads
+    for line in sheet.iter_rows():
+        for cell in line:
+            assert cell.data_type != "f"
+
+
+def test_formulas_are_disarmed_and_numbers_are_not() -> None:
+    for text in ("=1+1", "+1", "-1", "@SUM(A1)", "\t=1"):
+        assert disarmed(text) == "'" + text
+    assert disarmed("P-03-07") == "P-03-07"
+    assert cell_text(-1.25, 1) == "-1.2"
+    assert cell_text(-0.0001, 2) == "0.00"
+    assert cell_text(None, 2) == cell_text(float("nan"), 2) == ""
+    assert cell_text(float("inf"), 1) == "inf"
+
+
+def test_the_bill_of_materials_holds_every_panel_once() -> None:
+    made = record(3, 4)
+    rows = [row for row in bom_rows(made) if str(row["item"]).startswith("panel")]
+    assert sum(row["count"] for row in rows) == 12
+    assert sum(row["mass_kg"] for row in rows) == pytest.approx(
+        sum(row["mass_kg"] for row in made.panels)
+    )
+
+
+def test_verdicts_at_and_about_their_limits() -> None:
+    limit = Limit("kink_max_deg", 1.0, 3.0)
+    expected = {1.0: "good", 1.0001: "warn", 3.0: "warn", 3.0001: "fail", float("nan"): "fail"}
+    assert {v: verdict_of(limit, v) for v in expected} == expected
+    assert verdict_of(limit, None) == "not asked"
+    least = Limit("radius_min_mm", 1000.0, sense="min")
+    assert verdict_of(least, 999.0) == "fail"
+    assert verdict_of(least, float("inf")) == "good"
+    verdict, reason = judge([limit, least], {"kink_max_deg": 2.0, "radius_min_mm": 900.0})
+    assert verdict == "fail"
+    assert reason.startswith("radius_min_mm 900 under 1000")
+    with pytest.raises(InputError, match="no stricter"):
+        Limit("x", 2.0, 1.0)
+
+
+def test_review_json_has_the_contract_s_keys_and_null_where_not_asked(tmp_path: Path) -> None:
+    made = record(2, 2)
+    write_review(tmp_path / "review.json", made)
+    review = json.loads((tmp_path / "review.json").read_text())
+    assert set(review) == {"summary", "limits", "parts", "seconds"}
+    assert set(SUMMARY_KEYS) <= set(review["summary"])
+    assert review["summary"]["twist_max_deg"] is None
+    failed = [m for m, p in review["parts"].items() if p["verdict"] == "fail"]
+    assert review["summary"]["failed_verdicts"] == len(failed)
+    assert review_of(made) == review
+
+
+def test_the_manifest_knows_every_file(tmp_path: Path) -> None:
+    write_schedules(tmp_path, record(2, 2))
+    (tmp_path / ".lock").write_text("x")
+    manifest = write_manifest(tmp_path, name="x", project={}, versions={}, seconds={})
+    assert "schedules/panels.csv" in manifest["files"]
+    assert ".lock" not in manifest["files"]
+
+
+def test_drawings_have_a_page_a_panel_and_are_repeatable(tmp_path: Path) -> None:
+    pypdf = pytest.importorskip("pypdf")
+    from fabgeo.review.drawings import write_panel_drawings
+
+    made = record(2, 2)
+    paths = [write_panel_drawings(tmp_path / f"{k}.pdf", made) for k in "ab"]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    pages = pypdf.PdfReader(paths[0]).pages
+    assert len(pages) == 4
+    for page, row in zip(pages, made.panels, strict=True):
+        words = page.extract_text()
+        assert row["mark"] in words
+        assert f"{row['flat_length_mm']:.2f}" in words
+
+
+def test_a_cone_develops_into_a_sector() -> None:
+    """Radius r and slant s: a sector of radius s and angle 2 pi r / s times the turn."""
+    radius, height, turn = 4000.0, 3000.0, 1.1
+    slant = np.hypot(radius, height)
+    t = np.linspace(0.0, turn, 65)
+    ring = np.stack([radius * np.cos(t), radius * np.sin(t), np.zeros(65)], axis=1)
+    apex = np.array([0.0, 0.0, height])
+    a, b = ring, apex + 0.5 * (ring - apex)
+    flat_a, flat_b = developed(a, b)
+    angle = turn * radius / slant
+    assert np.linalg.norm(flat_a[-1] - flat_a[0]) == pytest.approx(
+        2 * slant * np.sin(angle / 2), abs=1e-3
+    )
+    assert np.linalg.norm(flat_b[-1] - flat_b[0]) == pytest.approx(
+        slant * np.sin(angle / 2), abs=1e-3
+    )
+
+
+def test_a_bulge_of_one_is_half_a_circle() -> None:
+    curve = Curve("x", np.array([[-5.0, 0.0, 1.0], [5.0, 0.0, 1.0]]), True)
+    points = curve.points(0.001)
+    assert np.linalg.norm(points, axis=1) == pytest.approx(5.0, abs=1e-9)
+    x, y = points.T
+    area = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
+    assert area == pytest.approx(np.pi * 25.0, rel=5e-4)
