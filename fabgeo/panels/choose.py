@@ -16,16 +16,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray
-from fabgeo.panels.candidates import allowed, measured, own_candidates
+from fabgeo.panels.candidates import allowed, measured, own_candidates, targets_of
 from fabgeo.panels.carrier import Carriers
+from fabgeo.panels.certify import deviation
 from fabgeo.panels.classify import PanelChoice, describe
 from fabgeo.panels.coordinate import Coordination
+from fabgeo.panels.fit_shape import fit
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.integer import IntegerChoice, solve
 from fabgeo.panels.joints import joints_of
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.pairs import Pairs, greedy, pairs_of
 from fabgeo.panels.pool import CLASSES
+from fabgeo.panels.radii import fewest, nearest
 from fabgeo.panels.samples import PanelInput
 
 _FITTED = len(CLASSES) - 1
@@ -79,6 +82,7 @@ def choose(
     sheet: Sheet | None = None,
     rounds: int = 4,
     seconds: float = 20.0,
+    radii: Sequence[float] | int | None = None,
 ) -> JointChoice:
     """Choose the classes and placements of all panels together.
 
@@ -92,11 +96,15 @@ def choose(
         than 0.05 %.
     seconds : float
         Time limit of one integer programme.
+    radii : sequence of float or int, optional
+        Equal radii: the radii that cylinders may have, mm, or how many different ones at most.
     """
     began = time.perf_counter()
     tolerances, costs = tolerances or Tolerances(), costs or Costs()
     search = _Search(panels, tolerances, costs, seconds)
     one_by_one = search.current
+    if radii is not None:
+        search.limit_radii(radii)
     search.settle()
     history = [search.cost]
     result = search.choose()
@@ -111,7 +119,7 @@ def choose(
     by_kind = costs.by_kind
     chosen = describe(
         panels,
-        search.samples,
+        search.own,
         search.pool,
         search.joints,
         search.current,
@@ -141,6 +149,7 @@ class _Search:
         self.tolerances, self.costs, self.seconds = tolerances, costs, seconds
         self.own = own_candidates(panels, tolerances)
         self.pool, self.samples = self.own.pool, self.own.samples
+        self.radii: Array = np.zeros(0)
         self.patches = [panel.patch for panel in panels]
         self.joints = joints_of(panels)
         self.coordination = Coordination(self.samples, self.joints, tolerances)
@@ -157,6 +166,41 @@ class _Search:
         """Least cost by the deviation of each panel alone."""
         cost = np.where(self.own.possible, self.costs.by_kind, np.inf)
         return float(cost.min(axis=1).sum())
+
+    def limit_radii(self, radii: Sequence[float] | int) -> None:
+        """From here on cylinders have one of few radii; those that have not are dropped."""
+        k = CLASSES.index("cylinder")
+        best = self.own.fits[k]
+        if isinstance(radii, int):
+            able = self.own.possible[:, k]
+            off, _ = deviation(self.samples, best)
+            arc = np.linalg.norm(self.samples.edges[1], axis=-1).mean(axis=(1, 2))
+            slack = 16.0 * (self.tolerances.deviation_mm - off) / arc**2
+            able &= slack > 0.0
+            if not able.any():
+                return
+            self.radii = fewest(best.k[able], slack[able], radii)
+        else:
+            self.radii = np.array(radii, dtype=float)
+        self.pool = self.pool[np.flatnonzero(self.pool.kind != k)]
+        for near in self._rolled(np.arange(len(self.samples)), best):
+            self._add_as_they_are(np.arange(len(self.samples)), k, near)
+        self.pairs = pairs_of(self.pool, self.joints, self.tolerances)
+        self.current = greedy(self.pool, self.pairs, self.costs)
+
+    def _rolled(self, index: IntArray, guess: Carriers) -> list[Carriers]:
+        """Cylinders of the allowed radii next to their own, fitted, one a panel of all."""
+        samples, size = self.samples[index], self.samples.size[index]
+        out = []
+        for edge in (None, self.tolerances.gap_mm / 2.0):
+            start = guess[index]
+            start = Carriers(start.origin, start.frame, nearest(start.k, self.radii), 0.0 * start.g)
+            targets = targets_of(
+                samples, self.tolerances.deviation_mm, edge, None, np.zeros((1, 1))
+            )
+            placed = fit(targets, start, "rolled", size)
+            out.append(_scatter(guess, index, placed))
+        return out
 
     def settle(self, sweeps: int = 2) -> None:
         """Sweep from what would be cheapest, and from each class wherever it is possible."""
@@ -207,6 +251,13 @@ class _Search:
     def _add(self, index: IntArray, k: int, carriers: Carriers) -> None:
         if len(index) == 0:
             return
+        if len(self.radii) and k == CLASSES.index("cylinder"):
+            for near in self._rolled(index, carriers):
+                self._add_as_they_are(index, k, near)
+        else:
+            self._add_as_they_are(index, k, carriers)
+
+    def _add_as_they_are(self, index: IntArray, k: int, carriers: Carriers) -> None:
         found = measured(index, k, carriers[index], self.samples[index], self.tolerances.form_mm)
         self.pool = self.pool.with_more(allowed(found, self.patches, self.tolerances))
 

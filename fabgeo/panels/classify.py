@@ -15,8 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fabgeo.arrays import Array, IntArray, dot, unit
-from fabgeo.panels.candidates import own_candidates
+from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.panels.candidates import OwnCandidates, own_candidates
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.forming import Forming, Sheet, forming_of
 from fabgeo.panels.joints import Joints, joints_of
@@ -122,14 +122,12 @@ def classify(
     own = own_candidates(panels, tolerances)
     joints = joints_of(panels)
     chosen = greedy(own.pool, pairs_of(own.pool, joints, tolerances), costs)
-    return describe(
-        panels, own.samples, own.pool, joints, chosen, tolerances, costs, sheet or Sheet()
-    )
+    return describe(panels, own, own.pool, joints, chosen, tolerances, costs, sheet or Sheet())
 
 
 def describe(
     panels: Sequence[PanelInput],
-    samples: Samples,
+    own: OwnCandidates,
     pool: Pool,
     joints: Joints,
     chosen: IntArray,
@@ -138,14 +136,14 @@ def describe(
     sheet: Sheet,
 ) -> list[PanelChoice]:
     """The chosen candidates as reported values, everything at the joints measured as made."""
-    every = np.arange(len(joints))
+    samples, every = own.samples, np.arange(len(joints))
     first, second = chosen[joints.panels[:, 0]], chosen[joints.panels[:, 1]]
     gap, added = pair_limits(pool, joints, every, first, second)
-    own = np.linalg.norm(joints.own, axis=-1).max(axis=-1)
+    kinks = np.linalg.norm(joints.own, axis=-1).max(axis=-1)
     worst = [_Worst() for _ in panels]
     for j in every:
         for s in (0, 1):
-            worst[joints.panels[j, s]].see(joints.sides[j][s], gap[j], added[j], own[j])
+            worst[joints.panels[j, s]].see(joints.sides[j][s], gap[j], added[j], kinks[j])
     fitted_radii = bending_radii(samples)
     made_radii = _radii(samples, pool.carriers[chosen])
     lines = bend_lines(samples, tolerances.deviation_mm)
@@ -183,10 +181,23 @@ def describe(
                 ),
                 forming=forming,
                 cost=float(cost[pool.kind[c]]),
-                reason=note,
+                reason="; ".join(filter(None, [_why(own.possible[p], cost, pool.kind[c]), note])),
             )
         )
     return out
+
+
+def _why(possible: BoolArray, cost: Array, kind: int) -> str:
+    """Why a panel is made as nothing cheaper."""
+    cheaper = [k for k in range(len(CLASSES)) if cost[k] < cost[kind]]
+    off = [CLASSES[k] for k in cheaper if not possible[k]]
+    held = [CLASSES[k] for k in cheaper if possible[k]]
+    parts = []
+    if off:
+        parts.append(f"{', '.join(off)}: beyond the deviation tolerance")
+    if held:
+        parts.append(f"{', '.join(held)}: gap, kink or flange at the joints")
+    return "; ".join(parts)
 
 
 class _Worst:

@@ -11,8 +11,9 @@ from fabgeo.panels.choose import JointChoice, choose
 from fabgeo.panels.classify import classify
 from fabgeo.panels.forming import Sheet, forming_of
 from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.radii import fewest
 from fabgeo.panels.samples import PanelInput
-from fabgeo.panels.tradeoff import plot, table, trade_off
+from fabgeo.panels.tradeoff import distinct_radii, plot, table, trade_off
 from fabgeo.strips.ruled import RuledPatch
 
 LIMITS = Tolerances(deviation_mm=3.0, kink_deg=1.0, gap_mm=2.0)
@@ -102,6 +103,35 @@ def test_neighbours_are_checked(panels: list[PanelInput]) -> None:
         classify([far, panels[-1]])
     with pytest.raises(InputError, match="names a neighbour P-Y"):
         classify([PanelInput("P-X", panels[0].patch, {"first": "P-Y"})])
+
+
+def test_fewest_radii_serve_all_and_no_fewer_could() -> None:
+    rng = np.random.default_rng(3)
+    curvature, slack = rng.uniform(1e-4, 3e-4, 60), rng.uniform(2e-6, 2e-5, 60)
+    offered = 1.0 / fewest(curvature, slack)
+    assert np.all((np.abs(curvature[:, None] - offered) <= slack[:, None] * (1 + 1e-9)).any(axis=1))
+    # Disjoint intervals need a radius each: as many as radii were found.
+    low, high = curvature - slack, curvature + slack
+    disjoint, end = 0, -np.inf
+    for i in np.argsort(high):
+        if low[i] > end:
+            disjoint, end = disjoint + 1, high[i]
+    assert len(offered) == disjoint
+    served = (np.abs(curvature[:, None] - 1.0 / fewest(curvature, slack, 3)) <= slack[:, None]).any(
+        axis=1
+    )
+    assert 3 <= served.sum() < 60
+
+
+@pytest.mark.slow
+def test_few_radii(panels: list[PanelInput]) -> None:
+    found = choose(panels, LIMITS, rounds=1, radii=2)
+    assert distinct_radii(found.panels) <= 2
+    assert all(c.gap_mm <= LIMITS.gap_mm for c in found.panels)
+
+
+def test_reasons_name_what_excludes_cheaper_classes(chosen: JointChoice) -> None:
+    assert all("flat: beyond the deviation" in c.reason for c in chosen.panels)
 
 
 def test_springing_radius_is_the_published_one() -> None:
