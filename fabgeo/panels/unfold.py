@@ -12,34 +12,19 @@ certificate
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from fabgeo.arrays import Array, checked, unit
-from fabgeo.errors import GeometryError, InputError
+from fabgeo.errors import InputError
 from fabgeo.panels.flat import BendLine, FlatEdge, FlatHole, FlatPart
 from fabgeo.panels.unfold_certificate import certificate, hermite_area, normals
 from fabgeo.panels.unfold_develop import Development, develop
+from fabgeo.panels.unfold_holes import HoleLike, flat_hole, hole_area, images
 from fabgeo.strips.ruled import RuledPatch
 
 GRAINS = ("free", "along", "steps")
 STRAIGHT = 1e-7  # mm: an edge closer to its chord is delivered as two points
-
-
-class HoleLike(Protocol):
-    """What is needed of a hole: see `fabgeo.structures.parts.Hole`."""
-
-    @property
-    def centre(self) -> Array: ...  # noqa: D102 - a protocol's members are documented there
-    @property
-    def axis(self) -> Array: ...  # noqa: D102
-    @property
-    def diameter(self) -> float: ...  # noqa: D102
-    @property
-    def slot(self) -> float: ...  # noqa: D102
-    @property
-    def direction(self) -> Array: ...  # noqa: D102
 
 
 def unfold(
@@ -90,7 +75,7 @@ def unfold(
         raise InputError(mark, f"expected grain in {GRAINS} and side 1 or -1")
     flat = _placed(develop(mid, mark, tolerance), side)
     outline = _outline(flat, shared or {}, side)
-    flat_holes = tuple(_flat_hole(mid, flat, hole, mark) for hole in holes)
+    flat_holes = tuple(flat_hole(mid, flat, hole, mark) for hole in holes)
     net = hermite_area(outline) - sum(hole_area(hole) for hole in flat_holes)
     return FlatPart(
         mark=mark,
@@ -128,11 +113,6 @@ def flat_polygon(
     )
     area = hermite_area(outline) - sum(hole_area(hole) for hole in holes)
     return FlatPart(mark, material, thickness, outline, tuple(holes), area=area, grain=grain)
-
-
-def hole_area(hole: FlatHole) -> float:
-    """Area of a round hole or slot in mm2."""
-    return float(np.pi * hole.diameter**2 / 4.0 + hole.slot * hole.diameter)
 
 
 def smallest_rectangle(points: Array) -> tuple[float, float, float]:
@@ -233,7 +213,7 @@ def _bends(mid: RuledPatch, flat: Development, side: int, spacing: float) -> tup
     count = max(3, int(np.ceil(way[-1] / spacing)) - 1)
     at = np.linspace(0.0, way[-1], count + 2)[1:-1]
     u = np.interp(at, way, flat.rule.breaks)
-    ends = _images(mid, flat, np.stack([u, u]), np.array([[0.0], [1.0]]))
+    ends = images(mid, flat, np.stack([u, u]), np.array([[0.0], [1.0]]))
     _, rate, speed = normals(mid, u)
     # n turns by `rate` towards growing u where the patch bends away from its normal.
     curvature = -side * rate / speed
@@ -241,74 +221,3 @@ def _bends(mid: RuledPatch, flat: Development, side: int, spacing: float) -> tup
         np.abs(curvature) > 1e-9, 1.0 / np.where(curvature == 0, 1, curvature), np.inf
     )
     return tuple(BendLine(p, q, float(r)) for p, q, r in zip(ends[0], ends[1], radius, strict=True))
-
-
-def _images(mid: RuledPatch, flat: Development, u: Array, v: Array) -> Array:
-    """Plane points of (u, v): exact along the rulings, Hermite along the edges."""
-    k = np.clip(np.searchsorted(flat.rule.breaks, u, side="right") - 1, 0, len(flat.theta) - 2)
-    sides = []
-    for j in range(2):
-        arc, points, tangents = flat.arcs[j], flat.edges[j], flat.tangents[j]
-        at = arc[k] + _arc_between(mid, j, flat.rule.breaks[k], u)
-        h = np.where(arc[k + 1] > arc[k], arc[k + 1] - arc[k], 1.0)
-        t, h = ((at - arc[k]) / h)[..., None], h[..., None]
-        sides.append(
-            (2 * t**3 - 3 * t**2 + 1) * points[k]
-            + (t**3 - 2 * t**2 + t) * h * tangents[k]
-            + (-2 * t**3 + 3 * t**2) * points[k + 1]
-            + (t**3 - t**2) * h * tangents[k + 1]
-        )
-    v = np.broadcast_to(v, u.shape)[..., None]
-    return (1.0 - v) * sides[0] + v * sides[1]
-
-
-def _arc_between(mid: RuledPatch, edge: int, start: Array, end: Array) -> Array:
-    x, w = np.polynomial.legendre.leggauss(6)
-    half = (end - start) / 2.0
-    u = start[..., None] + half[..., None] * (x + 1.0)
-    speed = np.linalg.norm(mid.edges(u.ravel(), 1)[edge], axis=-1).reshape(u.shape)
-    return half * (speed @ w)
-
-
-def _flat_hole(mid: RuledPatch, flat: Development, hole: HoleLike, mark: str) -> FlatHole:
-    """Follow the hole's axis to the mid-surface, then its (u, v) into the plane."""
-    u, v = _meet(mid, hole.centre, hole.axis, mark)
-    here = _images(mid, flat, np.array([u]), np.array([v]))[0]
-    if hole.slot <= 0.0:
-        return FlatHole(here, hole.diameter)
-    a, b = mid.edges(np.array([u]))[:, 0]
-    velocity = mid.edges(np.array([u]), 1)[:, 0]
-    x_u, x_v = (1.0 - v) * velocity[0] + v * velocity[1], b - a
-    # The slot's direction along the axis into the tangent plane: d = du x_u + dv x_v + s axis.
-    du, dv, _ = np.linalg.solve(np.stack([x_u, x_v, hole.axis], axis=-1), hole.direction)
-    ends = _images(mid, flat, np.array([u, u]), np.array([0.0, 1.0]))
-    step = 1e-4 * (mid.u1 - mid.u0)
-    low, high = max(u - step, mid.u0), min(u + step, mid.u1)
-    pair = _images(mid, flat, np.array([low, high]), np.array([v, v]))
-    direction = du * (pair[1] - pair[0]) / (high - low) + dv * (ends[1] - ends[0])
-    angle = float(np.arctan2(direction[1], direction[0])) % np.pi
-    return FlatHole(here, hole.diameter, hole.slot, angle)
-
-
-def _meet(mid: RuledPatch, centre: Array, axis: Array, mark: str) -> tuple[float, float]:
-    """Parameters where the line centre + s axis meets the patch, by Newton's method."""
-    grid = mid.parameters(4)
-    a, b = mid.edges(grid)
-    middle = (a + b) / 2.0 - centre
-    away = middle - (middle @ axis)[:, None] * axis
-    u, v, s = float(grid[np.argmin(np.linalg.norm(away, axis=-1))]), 0.5, 0.0
-    for _ in range(50):
-        a, b = mid.edges(np.array([u]))[:, 0]
-        da, db = mid.edges(np.array([u]), 1)[:, 0]
-        gap = (1.0 - v) * a + v * b - centre - s * axis
-        jacobian = np.stack([(1.0 - v) * da + v * db, b - a, -axis], axis=-1)
-        step = np.linalg.solve(jacobian, -gap)
-        u = float(np.clip(u + step[0], mid.u0, mid.u1))
-        v, s = v + float(step[1]), s + float(step[2])
-        if np.linalg.norm(gap) < 1e-9:
-            break
-    else:
-        raise GeometryError(mark, "a hole's axis misses the patch", "move the hole inside the part")
-    if not 0.0 <= v <= 1.0:
-        raise GeometryError(mark, "a hole lies outside the patch", "move the hole inside the part")
-    return u, v

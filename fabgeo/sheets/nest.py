@@ -66,7 +66,7 @@ def nest(
     rotations : tuple of float, "free" or None
         Allowed rotations in radians for all parts; None: by each part's grain.
     seconds : float
-        Wall clock for all groups together.
+        Wall clock of the engines for all groups together (fitting the contours comes before).
     seed : int
         Of the random candidates.
     steps : int, optional
@@ -88,7 +88,6 @@ def nest(
         If marks repeat or a size is negative.
     """
     _checked(parts, spacing, margin)
-    end = time.monotonic() + seconds
     say = listener or (lambda _: None)
     groups: dict[tuple[str, float], list[Piece]] = {}
     for part in parts:
@@ -96,6 +95,7 @@ def nest(
         count = (quantities or {}).get(part.mark, 1)
         groups.setdefault((part.material, part.thickness), []).extend([made] * count)
     nests = []
+    end = time.monotonic() + seconds
     waiting = sum(_effort(pieces) for pieces in groups.values())
     for (material, thickness), pieces in sorted(groups.items(), key=lambda item: item[0]):
         share = _effort(pieces) / waiting if waiting else 1.0
