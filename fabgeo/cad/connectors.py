@@ -6,6 +6,8 @@ stand-off sleeve turns on the bolt's thread. Origin and axes are those of
 
 Glossary
 --------
+rod
+    The bolt that carries the panel, screwed into the base plate.
 through bolt
     Where a hole of the panel and one of the flange are in line: one bolt holds disc, panel,
     sleeve, base plate and flange, with washers at both ends and a nut under the flange.
@@ -39,48 +41,89 @@ _ZINC: Colour = (0.78, 0.79, 0.80)
 _DISC: Colour = FAMILY_COLOURS["connectors"]
 
 
-def fixing_product(fixing: Fixing, *, panel: float, flange: float, library: bool = False) -> Node:
+def fixing_product(
+    fixing: Fixing | str,
+    *,
+    flange: float,
+    panel: float,
+    library: bool = False,
+    standoff: float = 25.0,
+    rod: float = 12.0,
+    base: tuple[float, float, float] = (120.0, 60.0, 8.0),
+    base_bolt: float = 10.0,
+    base_pitch: float = 80.0,
+    base_slot: float = 10.0,
+    disc: tuple[float, float] = (60.0, 6.0),
+) -> Node:
     """The product of a fixing: separate solids, or what the user's own maker returns.
 
     Parameters
     ----------
-    fixing : Fixing
-        With its real stand-off.
-    panel, flange : float
+    fixing : Fixing or str
+        With its real stand-off; or a product's name, then the sizes below apply.
+    flange, panel : float
         Thicknesses that it clamps, mm.
     library : bool
         Take bolts, nuts and washers from bd_warehouse (extra ``fasteners``).
+    standoff, rod, base_bolt, base_pitch, base_slot : float
+        Stand-off, thread sizes, distance of the two base bolts, length of their slots.
+    base, disc : tuple
+        Length, width, thickness of the base plate; diameter, thickness of the disc.
 
     Raises
     ------
     InputError
         If there is no such bolt, or the stand-off leaves no room for the sleeve.
     """
+    if isinstance(fixing, Fixing):
+        return _product(fixing.product, fixing, panel, flange, library)
+    slotted = [
+        LocalHole(x, 0.0, fasteners.metric(base_bolt).clearance, base_slot, np.pi / 2.0)
+        for x in (-base_pitch / 2.0, base_pitch / 2.0)
+    ]
+    drawn = Fixing(
+        name=fixing,
+        stand_off=standoff,
+        rod=rod,
+        base_bolt=base_bolt,
+        base_length=base[0],
+        base_width=base[1],
+        base_thickness=base[2],
+        disc_diameter=disc[0],
+        disc_thickness=disc[1],
+        flange_holes=tuple(slotted),
+    )
+    return _product(fixing, drawn, panel, flange, library)
+
+
+def _product(name: str, fixing: Fixing, panel: float, flange: float, library: bool) -> Node:
     if fixing.maker is not None:
         maker = fixing.maker
-        return user_product(fixing.product, lambda: maker(fixing))
-    m = fasteners.metric(fixing.bolt)
-    part = _Fasteners(fixing.bolt, library)
+        return user_product(name, lambda: maker(fixing))
+    m = fasteners.metric(fixing.rod)
+    rods = _Fasteners(fixing.rod, library)
     thick, top = fixing.base_thickness, fixing.stand_off + panel
     if fixing.stand_off - thick < 1.0:
         raise InputError(
-            f"connector {fixing.product}",
+            f"connector {name}",
             f"a stand-off of {fixing.stand_off:g} mm leaves no room for a sleeve over the base "
             f"plate of {thick:g} mm",
             "take a larger stand-off or a thinner base plate",
         )
-    made = [("base plate", _base_plate(fixing, m.clearance), _STEEL, np.eye(4))]
+    made = [("base plate", _base_plate(fixing), _STEEL, np.eye(4))]
     for hole in fixing.panel_holes:
         at = _at(hole.x, hole.y)
         sleeve = tube(1.8 * m.size + 4.0, m.clearance, thick, fixing.stand_off)
         disc = tube(fixing.disc_diameter, m.clearance, top, top + fixing.disc_thickness)
         made += [("stand-off", sleeve, _STEEL, at), ("disc", disc, _DISC, at)]
-        end = -flange if _below(hole, fixing) else 0.0
-        made += part.bolted(top + fixing.disc_thickness, end, at, nut=_below(hole, fixing))
+        through = _in_line(hole, fixing.flange_holes)
+        end = -flange if through else 0.0
+        made += rods.bolted(top + fixing.disc_thickness, end, at, nut=through)
     for hole in fixing.flange_holes:
-        if not any(_same(hole, other) for other in fixing.panel_holes):
-            made += part.bolted(thick, -flange, _at(hole.x, hole.y), nut=True)
-    return Node(fixing.product, children=_shared(made), layer="connectors")
+        if not _in_line(hole, fixing.panel_holes):
+            bolts = _Fasteners(fixing.base_bolt, library)
+            made += bolts.bolted(thick, -flange, _at(hole.x, hole.y), nut=True)
+    return Node(name, children=_shared(made), layer="connectors")
 
 
 def fixing_products(
@@ -161,46 +204,43 @@ class _Fasteners:
 
     def bolted(self, top: float, bottom: float, at: Array, nut: bool) -> list[_Made]:
         """Washer and bolt on `top`; at `bottom` washer and nut, or the bolt's end."""
-        w = self.washer_height
+        w, size = self.washer_height, f" M{self.size:g}"
         length = top + w - bottom
         out: list[_Made] = []
         if nut:
             length += w + self.nut_height + 2.0 * self.metric.pitch
             length = 5.0 * float(np.ceil(length / 5.0))
             over = np.diag([1.0, -1.0, -1.0, 1.0])  # upside down, growing downwards
-            out.append(("washer", self.washer, _ZINC, at @ _at(z=bottom) @ over))
-            out.append(("nut", self.nut, _ZINC, at @ _at(z=bottom - w) @ over))
-        out.append(("washer", self.washer, _ZINC, at @ _at(z=top)))
+            out.append((f"washer{size}", self.washer, _ZINC, at @ _at(z=bottom) @ over))
+            out.append((f"nut{size}", self.nut, _ZINC, at @ _at(z=bottom - w) @ over))
+        out.append((f"washer{size}", self.washer, _ZINC, at @ _at(z=top)))
         bolt = self._part("bolt", length)
-        out.append((f"bolt M{self.size:g} x {length:g}", bolt, _ZINC, at @ _at(z=top + w)))
+        out.append((f"bolt{size} x {length:g}", bolt, _ZINC, at @ _at(z=top + w)))
         return out
 
 
-def _same(first: LocalHole, second: LocalHole) -> bool:
-    return abs(first.x - second.x) < 1e-6 and abs(first.y - second.y) < 1e-6
+def _in_line(hole: LocalHole, others: Sequence[LocalHole]) -> bool:
+    return any(abs(hole.x - o.x) < 1e-6 and abs(hole.y - o.y) < 1e-6 for o in others)
 
 
-def _below(hole: LocalHole, fixing: Fixing) -> bool:
-    return any(_same(hole, other) for other in fixing.flange_holes)
-
-
-def _base_plate(fixing: Fixing, clearance: float) -> TopoDS_Solid:
+def _base_plate(fixing: Fixing) -> TopoDS_Solid:
     """The base plate; its slots cross those of the flange."""
     length, width, thick = fixing.base_length, fixing.base_width, fixing.base_thickness
     z = np.array([0.0, 0.0, 1.0])
     tools: list[TopoDS_Shape] = []
     for hole in fixing.flange_holes:
+        size = fixing.rod if _in_line(hole, fixing.panel_holes) else fixing.base_bolt
+        clearance = fasteners.metric(size).clearance
         across = np.array([-np.sin(hole.angle), np.cos(hole.angle), 0.0])
-        room = min(length, width) - clearance - 8.0
-        slot = min(hole.slot, room)
+        slot = min(hole.slot, min(length, width) - clearance - 8.0)
         if slot > 0.0:
             start = np.array([hole.x, hole.y, -1.0])
             tools.append(rounded_bar(start, z, across, clearance, slot, thick + 2.0))
         else:
             tools.append(cylinder(clearance, -1.0, thick + 1.0, hole.x, hole.y))
     for hole in fixing.panel_holes:
-        if not _below(hole, fixing):  # the bolt is screwed into the plate
-            tools.append(cylinder(fixing.bolt, -1.0, thick + 1.0, hole.x, hole.y))
+        if not _in_line(hole, fixing.flange_holes):  # the rod is screwed into the plate
+            tools.append(cylinder(fixing.rod, -1.0, thick + 1.0, hole.x, hole.y))
     body = prism(rectangle(length, width), 0.0, thick)
     return cut(body, tools, f"base plate of {fixing.product}") if tools else body
 

@@ -39,8 +39,6 @@ class SolidReport:
         Every edge is used by two faces, once in each sense.
     volume : float
         mm3, positive for a solid that is oriented outwards.
-    area : float
-        Surface in mm2.
     centre : (3,) array
         Centre of mass.
     tolerance : float
@@ -53,7 +51,6 @@ class SolidReport:
     valid: bool
     closed: bool
     volume: float
-    area: float
     centre: Array
     tolerance: float
     surfaces: dict[str, int]
@@ -67,14 +64,11 @@ class SolidReport:
 def check_solid(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> SolidReport:
     """Measure a shape; see `SolidReport`."""
     total, centre = volume(shape, eps)
-    surface = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(shape, surface)
     return SolidReport(
         solids=len(kernel.solids(shape)),
         valid=is_valid(shape),
         closed=is_closed(shape),
         volume=total,
-        area=float(surface.Mass()),
         centre=centre,
         tolerance=max_tolerance(shape),
         surfaces=surface_kinds(shape),
@@ -112,6 +106,13 @@ def volume(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> tuple[float, Array]:
     BRepGProp.VolumeProperties_s(shape, props, eps, False, False)
     centre = props.CentreOfMass()
     return float(props.Mass()), np.array([centre.X(), centre.Y(), centre.Z()])
+
+
+def surface_area(shape: TopoDS_Shape) -> float:
+    """Area of all faces in mm2."""
+    props = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, props)
+    return float(props.Mass())
 
 
 def max_tolerance(shape: TopoDS_Shape) -> float:

@@ -25,13 +25,11 @@ from pathlib import Path
 import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-from OCP.BRepGProp import BRepGProp
 from OCP.BRepLProp import BRepLProp_SLProps
 from OCP.BRepTools import BRepTools
 from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
 from OCP.GCPnts import GCPnts_AbscissaPoint
 from OCP.gp import gp_Dir, gp_Pnt, gp_Pnt2d
-from OCP.GProp import GProp_GProps
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
@@ -134,7 +132,7 @@ class ReadPart:
 
     def largest_faces(self, number: int = 2, count: int = 5) -> list[FaceSamples]:
         """The faces of largest area: the two skins of a plate."""
-        faces = sorted(kernel.faces(self.shape), key=_area, reverse=True)
+        faces = sorted(kernel.faces(self.shape), key=measure.surface_area, reverse=True)
         return [_face(face, count) for face in faces[:number]]
 
     def edges(self, count: int = 9) -> list[EdgeSamples]:
@@ -255,12 +253,6 @@ def _name(label: TDF_Label) -> str:
     return name.Get().ToExtString()
 
 
-def _area(face: TopoDS_Face) -> float:
-    props = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, props)
-    return float(props.Mass())
-
-
 def _face(face: TopoDS_Face, count: int) -> FaceSamples:
     adaptor = BRepAdaptor_Surface(face)
     sign = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
@@ -281,7 +273,7 @@ def _face(face: TopoDS_Face, count: int) -> FaceSamples:
             directions.append(axes)
     return FaceSamples(
         measure.surface_kind(adaptor),
-        _area(face),
+        measure.surface_area(face),
         np.reshape(points, (-1, 3)),
         np.reshape(normals, (-1, 3)),
         np.reshape(curvatures, (-1, 2)),

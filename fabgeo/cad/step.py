@@ -9,6 +9,7 @@ higher layers rename shared products, mangle non-ASCII names and copy instances.
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from datetime import UTC, datetime
@@ -107,39 +108,25 @@ def write_step(
 
 def _normalise(path: Path) -> None:
     """Number the occurrences from 1, not on from the process's last file; escape non-ASCII."""
-    escaped = path.with_name(path.name + "2")
-    count = 0
-
-    def number(_: re.Match[bytes]) -> bytes:
-        nonlocal count
-        count += 1
-        return b"NEXT_ASSEMBLY_USAGE_OCCURRENCE('%d'" % count
-
-    with open(path, "rb") as source, open(escaped, "wb") as sink:
-        for line in source:
-            if b"NEXT_ASSEMBLY" in line:
-                line = _OCCURRENCE.sub(number, line)
-            sink.write(line if line.isascii() else _escape(line))
-    os.replace(escaped, path)
+    count = itertools.count(1)
+    data = _OCCURRENCE.sub(
+        lambda _: b"NEXT_ASSEMBLY_USAGE_OCCURRENCE('%d'" % next(count), path.read_bytes()
+    )
+    if not data.isascii():
+        data = _NOT_ASCII.sub(lambda found: _escape(found[0]), data)
+    path.write_bytes(data)
 
 
-def _escape(line: bytes) -> bytes:
-    r"""Non-ASCII letters as ``\X2\...\X0\`` (\X4\ beyond the basic plane): ISO 10303-21, 6.4.3."""
-
-    def hexadecimal(match: re.Match[str]) -> str:
-        letters = match.group()
-        wide = max(letters) > "\uffff"
-        width = 8 if wide else 4
-        return (
-            ("\\X4\\" if wide else "\\X2\\")
-            + "".join(f"{ord(letter):0{width}X}" for letter in letters)
-            + "\\X0\\"
-        )
-
-    return re.sub(r"[^\x00-\x7f]+", hexadecimal, line.decode("utf-8")).encode("ascii")
+def _escape(letters: bytes) -> bytes:
+    r"""Letters as ``\X2\...\X0\`` (``\X4\`` beyond the basic plane): ISO 10303-21, 6.4.3."""
+    text = letters.decode("utf-8")
+    wide = max(text) > "\uffff"
+    digits = "".join(f"{ord(letter):0{8 if wide else 4}X}" for letter in text)
+    return f"\\X{4 if wide else 2}\\{digits}\\X0\\".encode("ascii")
 
 
 _OCCURRENCE = re.compile(rb"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+'")
+_NOT_ASCII = re.compile(rb"[\x80-\xff]+")
 
 
 def time_stamp() -> str:
