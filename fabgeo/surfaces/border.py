@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -80,10 +81,13 @@ class Border:
         loops = _chained(point, end, n, free, sign[f], size / 100.0)
         return cls(point, end, a, b, f, n, free, sign, loops)
 
+    @cached_property
+    def _tree(self) -> KDTree:
+        return KDTree((self.point + self.end) / 2.0)
+
     def nearest(self, x: Array) -> tuple[IntArray, Array, Array, BoolArray]:
         """Nearest border points of x (k, 3): face, parameters, distance, whether free."""
-        tree = KDTree((self.point + self.end) / 2.0)
-        _, near = tree.query(x, k=min(4, len(self.point)))
+        _, near = self._tree.query(x, k=min(4, len(self.point)))
         near = near.reshape(len(x), -1)
         t, distance = _to_segments(x[:, None], self.point[near], self.end[near])
         pick = np.argmin(distance, axis=1)

@@ -25,7 +25,7 @@ from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.units import Unit
 
 NEIGHBOURS = 24  # at most, for one vertex's patch
-CANDIDATES = 8  # triangles looked at for one closest point
+CANDIDATES = 6  # triangles looked at for one closest point
 CHUNK = 20000
 
 
@@ -232,7 +232,7 @@ class MeshSurface:
             bend = np.where(self._on_border(here)[:, None, None], 0.0, shape[todo])
             move = _tangent_step(x[todo] - point[todo], normal[todo], bend)
             new, at = self._nearest(foot[todo] + move)
-            going = np.linalg.norm(at - foot[todo], axis=1) > 1e-8 * self.size
+            going = np.linalg.norm(at - foot[todo], axis=1) > 1e-7 * self.size
             if not going.any():
                 break
             rows = todo[going]

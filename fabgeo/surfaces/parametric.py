@@ -293,6 +293,8 @@ class Starts:
         # At a pole, where x_u x x_v vanishes, no step knows where to go: don't start there.
         area = np.linalg.norm(np.cross(d.u, d.v), axis=1)
         regular = area > 1e-6 * area.mean()
+        if not regular.any():
+            raise InputError(f"face {face}", "has no area: its parameter lines all coincide")
         self.uv, self.point = uv[regular], point[regular]
         steps = (chart.domain[:, 1] - chart.domain[:, 0]) / np.array(_counts(chart))
         lengths = [
@@ -301,11 +303,11 @@ class Starts:
         self.spacing = float(np.hypot(*lengths))
         self._corners = np.stack([self.point.min(axis=0), self.point.max(axis=0)])
         self._tree = KDTree(self.point)
+        self._coarse = KDTree(self.point[:: max(len(self.point) // 32, 1)])
 
     def farthest(self, x: Array) -> Array:
         """A distance (k,) within which the face surely has a point: that of a coarse sample."""
-        coarse = self.point[:: max(len(self.point) // 32, 1)]
-        return KDTree(coarse).query(x)[0]
+        return self._coarse.query(x)[0]
 
     def of(self, x: Array, reach: Array) -> tuple[IntArray, Array]:
         """Rows of queries that may have their closest point here, and their starts (k, 2)."""
