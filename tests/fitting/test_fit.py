@@ -147,3 +147,14 @@ def test_a_boundary_along_an_asymptotic_direction_is_named():
     result = fit(surface, iso_start(surface, 6, 8), options=FitOptions(stages=2, iterations=4))
     assert "asymptotic direction" in result.reason
     assert "end u = 0" in result.reason
+
+
+def test_geodesic_models_have_opposite_geodesic_curvatures():
+    surface = quadric(*DOME)
+    options = FitOptions(twist_limit_deg=0.01, kind_limit_deg=0.01)
+    result = fit(surface, iso_start(surface, 6, 10), "geodesic", options)
+    found = measure(result.model, surface)
+    assert result.status == "converged"
+    assert found.geodesic is not None
+    assert found.geodesic.value <= np.radians(0.01)
+    assert found.twist_deg.value <= 0.012
