@@ -12,6 +12,7 @@ from pathlib import Path
 
 from fabgeo.review.check_files import check_files
 from fabgeo.review.check_flats import check_flats
+from fabgeo.review.check_neighbours import check_neighbours
 from fabgeo.review.check_rows import check_rows
 from fabgeo.review.check_sheets import check_sheets
 from fabgeo.review.check_solids import check_solids
@@ -19,6 +20,16 @@ from fabgeo.review.check_summary import check_summary
 from fabgeo.review.findings import CheckReport, Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
+
+STEPS = (
+    check_files,
+    check_solids,
+    check_flats,
+    check_sheets,
+    check_neighbours,
+    check_rows,
+    check_summary,
+)
 
 
 def check_package(folder: Path | str, progress: Callable[[str], None] | None = None) -> CheckReport:
@@ -39,7 +50,7 @@ def check_package(folder: Path | str, progress: Callable[[str], None] | None = N
     package = WrittenPackage.open(Path(folder))
     findings, measured = Findings(), Measured()
     seconds: dict[str, float] = {}
-    for step in (check_files, check_solids, check_flats, check_sheets, check_rows, check_summary):
+    for step in STEPS:
         name = step.__name__.removeprefix("check_")
         if progress is not None:
             progress(name)

@@ -2,6 +2,8 @@
 let view = null, tables = null, selected = null;
 
 function pick(mark, fly = false) {
+  const sheet = !ROWS.has(mark) && [...document.querySelectorAll(".sheet")].find((f) => f.dataset.sheet.endsWith(`/${mark}`));
+  if (sheet) { sheet.scrollIntoView({ block: "center" }); return; }
   selected = mark;
   showDetail(mark);
   tables.select(mark);
