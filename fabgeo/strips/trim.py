@@ -27,7 +27,7 @@ from fabgeo.strips.ruled import RuledPatch
 from fabgeo.surfaces.base import DesignSurface
 
 ACROSS = 9  # places on a ruling that are tested before the limits are bisected
-BISECTIONS = 18
+BISECTIONS = 16
 LEAST = 0.02  # part of a ruling below which a patch ends: no slivers
 
 
@@ -144,12 +144,15 @@ def trimmed_patch(
     if end == begin:
         return None
 
-    def wide(at: float) -> bool:
-        a, b = limits(model, patch.strip, surface, np.array([at]))
-        return bool(np.isfinite(a[0]) and b[0] - a[0] > least)
+    some = _touches(model, patch.strip, surface)
 
-    u0 = u[0] if begin == 0 else _bisect_u(wide, u[begin], u[begin - 1])
-    u1 = u[-1] if end == count else _bisect_u(wide, u[end - 1], u[end])
+    def stop(good: int, bad: int) -> float:
+        """Where the width falls to `least`, taken to fall evenly to nothing."""
+        nothing = _bisect_u(some, u[good], u[bad])
+        return nothing + (u[good] - nothing) * min(least / width[good], 1.0)
+
+    u0 = u[0] if begin == 0 else stop(begin, begin - 1)
+    u1 = u[-1] if end == count else stop(end - 1, end)
     if u1 - u0 < 1e-6 * (patch.u1 - patch.u0):
         return None
     kept = Patch(patch.strip, patch.cell, float(u0), float(u1))
@@ -226,12 +229,7 @@ def _kinks(
 def _intervals(
     model: StripModel, strip: int, surface: DesignSurface, u: Array, low: Array
 ) -> tuple[tuple[float, float], ...]:
-    v = np.linspace(0.0, 1.0, ACROSS)
-
-    def inside(at: float) -> bool:
-        first, second = _ends(model, strip, np.array([at]))
-        return bool(_inside(surface, first, second, v[None]).any())
-
+    inside = _touches(model, strip, surface)
     good = np.isfinite(low)
     starts = np.flatnonzero(good & ~np.concatenate([[False], good[:-1]]))
     ends = np.flatnonzero(good & ~np.concatenate([good[1:], [False]]))
@@ -242,6 +240,16 @@ def _intervals(
         )
         for a, b in zip(starts, ends, strict=True)
     )
+
+
+def _touches(model: StripModel, strip: int, surface: DesignSurface) -> Callable[[float], bool]:
+    """A test whether anything of the ruling at u is inside."""
+    v = np.linspace(0.0, 1.0, ACROSS)[None]
+
+    def test(at: float) -> bool:
+        return bool(_inside(surface, *_ends(model, strip, np.array([at])), v).any())
+
+    return test
 
 
 def _ends(model: StripModel, strip: int, u: Array) -> tuple[Array, Array]:

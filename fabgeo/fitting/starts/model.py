@@ -32,7 +32,7 @@ def model_start(
     while model.segments < segments and segments % (2 * model.segments) == 0:
         model = model.refined()
     if (model.strips, model.segments) == (strips, segments):
-        return model, ["the previous model" + (", knots refined" if model != previous else "")]
+        return model, ["the previous model" + (", knots refined" if model is not previous else "")]
     net = net_of_model(model)
     least = 3 if net.closed_s else 1
     if strips < least:

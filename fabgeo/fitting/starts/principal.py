@@ -23,8 +23,8 @@ from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
 from fabgeo.surfaces.trace import anisotropy, both_ways, trace_principal, umbilics
 from fabgeo.surfaces.trace_extension import Extended
 
-LINES = 25  # of each family, before resampling
-STEPS = 36  # of a traced line, each way
+LINES = 19  # of each family, before resampling
+STEPS = 24  # of a traced line, each way
 
 
 def principal_start(
@@ -46,7 +46,7 @@ def principal_start(
     seed : (3,) array_like, optional
         Where the two first lines cross; by default near the centre, where directions are clear.
     overhang : float
-        How far the net reaches beyond the boundary, in widths of its own 25 x 25 mesh.
+        How far the net reaches beyond the boundary, in widths of its own 19 x 19 mesh.
     """
     direction = direction or "larger"
     if direction not in ("larger", "smaller"):
@@ -75,7 +75,7 @@ def principal_net(
     extended = Extended(surface)
     at = surface.closest(_seed(surface, seed))
     _, axes = at.principal()
-    reach = 0.75 * size_of(surface)
+    reach = 0.65 * size_of(surface)
     step = reach / STEPS
     larger, smaller = axes[:, 0], axes[:, 1]
     spine = _spine(extended, at.point, smaller, step)

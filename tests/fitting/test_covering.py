@@ -1,0 +1,64 @@
+"""Geodesic coverings and planks: closed forms of unfolding, and the law of opposite congruence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fabgeo.errors import InputError
+from fabgeo.fitting.covering import cover
+from fabgeo.fitting.planks import developed, opposite_congruence, planks
+from fabgeo.fitting.starts.net import model_through
+from fabgeo.surfaces.formula import FormulaSurface
+
+BOWL = FormulaSurface("u", "v", "-2e-5*u**2 - 1e-5*v**2", (-5e3, 5e3), (-3e3, 3e3))
+
+
+def cone_strips():
+    """Three strips of a cone of revolution: rulings along its generators."""
+    u, r = np.linspace(0.0, 1.2, 25), np.array([4.0, 5.0, 6.0, 7.0])
+    rows = [np.stack([x * np.cos(u), x * np.sin(u), 0.75 * x + 0 * u], axis=1) for x in r]
+    return model_through(np.stack(rows), False, False)
+
+
+def test_a_cone_develops_to_circular_arcs():
+    flat = developed(cone_strips(), 0)
+    # Slant lengths 4 * 1.25 and 5 * 1.25; the sector opens by 1.2 / 1.25.
+    chord = np.linalg.norm(flat[:, -1] - flat[:, 0], axis=1)
+    assert chord == pytest.approx(2.0 * 1.25 * np.array([4.0, 5.0]) * np.sin(0.48), rel=1e-6)
+    assert np.linalg.norm(flat[1] - flat[0], axis=1) == pytest.approx(1.25, abs=1e-6)
+
+
+def test_plank_of_a_flat_strip_is_its_rectangle():
+    x = np.linspace(0.0, 9.0, 10)
+    rows = [np.stack([x, 0 * x + y, 0 * x], axis=1) for y in (0.0, 0.5, 1.0)]
+    found = planks(model_through(np.stack(rows), False, False))
+    assert [(p.length, p.width) for p in found] == [pytest.approx((9.0, 0.5))] * 2
+    assert max(p.bow for p in found) < 1e-9
+
+
+def test_strips_of_one_developable_are_congruent_but_not_oppositely():
+    # On a cone, both strips develop the common circle with the same curvature: mirror images
+    # differ by twice the arc's rise. Geodesic edges differ by nothing.
+    defect = opposite_congruence(cone_strips())
+    arc, radius = 1.2 * 5.0, 6.25
+    rise = radius * (1.0 - np.cos(arc / radius / 2.0))
+    assert defect[0] == pytest.approx(2.0 * rise / arc, rel=0.5)
+    w = np.linspace(0.0, 3.0, 21)
+    rows = [np.stack([np.cos(s) + 0 * w, np.sin(s) + 0 * w, w], axis=1) for s in (0, 0.2, 0.5)]
+    assert opposite_congruence(model_through(np.stack(rows), False, False)).max() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_covering_leaves_nothing_out_and_keeps_its_widths():
+    found = cover(BOWL, 3, 4, 8)
+    assert len(found.models) == 3
+    assert found.coverage == 1.0
+    assert min(low for low, _ in found.widths) > 0.8
+    assert max(high for _, high in found.widths) < 1.2
+    assert all(opposite_congruence(m).max() < 1e-3 for m in found.models)
+
+
+def test_a_covering_of_nothing_is_refused():
+    with pytest.raises(InputError, match="one model or more"):
+        cover(BOWL, 0)

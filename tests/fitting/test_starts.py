@@ -1,0 +1,225 @@
+"""Initial strip models: closed forms, laws of conjugate nets, and messages that name the place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.fitting.starts import start
+from fabgeo.fitting.starts.conjugate import conjugate_parameters
+from fabgeo.fitting.starts.crossings import crossings
+from fabgeo.fitting.starts.domain import corners_of, net_of_loops
+from fabgeo.fitting.starts.ends import leans
+from fabgeo.fitting.starts.iso import iso_net
+from fabgeo.fitting.starts.net import Net, model_through
+from fabgeo.fitting.starts.network import conjugacy_defect
+from fabgeo.fitting.starts.quality import check_folds, quality
+from fabgeo.fitting.starts.sections import net_of_sections
+from fabgeo.surfaces.formula import FormulaSurface
+
+DOME = FormulaSurface(
+    "u", "v", "-0.5e-4 * u**2 + 0.3e-4 * u * v - 0.3e-4 * v**2", (-4e3, 4e3), (-4e3, 4e3)
+)
+MOULDED = FormulaSurface("u", "v", "-0.5e-4*u**2 - 0.3e-4*v**2", (-4e3, 4e3), (-4e3, 4e3))
+TUBE = FormulaSurface(
+    "3000*cos(u)", "2000*sin(u)", "v", (0.0, 2 * np.pi), (0.0, 9000.0), closed_u=True
+)
+
+
+def test_translational_surface_starts_without_twist():
+    # Lines u = const and v = const of z = f(u) + g(v) are conjugate: a(u) + b(v) moves the same
+    # curve along, so that tangents at both ends of a ruling are parallel.
+    found = quality(start(MOULDED, "iso", 10, 12, conjugate=False).model, MOULDED)
+    assert found.twist_max < 0.1
+    assert found.folds == 0.0
+    assert found.coverage == 1.0
+
+
+def test_conjugate_parameters_halve_the_twist_and_stay_monotone():
+    net, _ = iso_net(DOME)
+    s = net.places(12)
+    t, note = conjugate_parameters(net, s, 14)
+    assert np.all(np.diff(t, axis=1) > 0.0)
+    assert np.all(t[:, [0, -1]] == [0.0, 1.0])
+    plain = quality(start(DOME, "iso", 12, 14, conjugate=False).model, DOME)
+    better = quality(start(DOME, "iso", 12, 14).model, DOME)
+    assert better.twist_rms < 0.75 * plain.twist_rms
+    assert "conjugate" in note
+
+
+@pytest.mark.slow
+def test_auto_names_its_reason_and_orders_candidates():
+    found = start(DOME, "auto", 10, 12)
+    scores = [c.score for c in found.candidates]
+    assert scores == sorted(scores)
+    assert found.why.count("twist") >= len(found.candidates)
+    assert found.method in ("iso", "principal", "geodesic")
+    assert (found.model.strips, found.model.segments) == (10, 12)
+
+
+@pytest.mark.parametrize("counts", [(6, 10), (16, 24), (3, 7)])
+def test_starts_have_the_numbers_asked_for(counts):
+    for direction in ("u", "v"):
+        model = start(DOME, "iso", *counts, direction, conjugate=False).model
+        assert (model.strips, model.segments) == counts
+
+
+def test_sag_target_rules_the_number_of_strips():
+    # Sag falls with the square of the width: a quarter of it needs about twice the strips.
+    coarse = start(DOME, "iso", sag=8.0, direction="v").model.strips
+    fine = start(DOME, "iso", sag=2.0, direction="v").model.strips
+    assert fine == pytest.approx(2 * coarse, abs=1)
+
+
+def test_closed_directions_are_honoured():
+    around = start(TUBE, "iso", 6, 24, "u").model
+    assert around.closed_u
+    assert not around.closed_i
+    along = start(TUBE, "iso", 24, 6, "v").model
+    assert along.closed_i
+    assert not along.closed_u
+    # An elliptic cylinder is developable: its own lines are conjugate.
+    assert quality(along, TUBE).twist_max < 2e-3
+
+
+def test_resampled_model_is_the_model_refined():
+    first = start(DOME, "iso", 6, 8).model
+    second = start(DOME, "model", 6, 16, seed=first)
+    u = np.linspace(0.0, 8.0, 33)
+    assert np.abs(second.model.points(2.0 * u) - first.points(u)).max() < 1e-9
+    third = start(DOME, "model", 9, 8, seed=first).model
+    assert (third.strips, third.segments) == (9, 8)
+    assert np.abs(third.points(u)[[0, -1]] - first.points(u)[[0, -1]]).max() < 1.0
+
+
+def test_loops_give_corners_and_a_net_over_the_whole_surface():
+    loop = DOME.loops[0]
+    corners = loop[corners_of(loop)][:, :2]
+    assert np.allclose(np.sort(np.abs(corners), axis=None), 4e3)
+    net, _ = net_of_loops(DOME, 13)
+    assert (
+        np.abs(DOME.closest(net.points.reshape(-1, 3)).point - net.points.reshape(-1, 3)).max() < 1
+    )
+    ring, note = net_of_loops(TUBE, 9)
+    assert ring.closed_t
+    assert "tube" in note
+
+
+@pytest.mark.slow
+def test_principal_lines_of_a_torus_are_its_circles():
+    torus = FormulaSurface(
+        "(5000 + 2000*cos(v))*cos(u)", "(5000 + 2000*cos(v))*sin(u)", "2000*sin(v)",
+        (-0.6, 0.6), (-0.5, 0.5),
+    )  # fmt: skip
+    found = start(torus, "principal", 8, 10)
+    points = found.model.points(found.model.parameters(2))
+    inside = ~torus.closest(points.reshape(-1, 3)).on_boundary.reshape(points.shape[:2])
+    # Edges along the larger curvature run in planes through the axis: constant u.
+    angle = np.arctan2(points[..., 1], points[..., 0])
+    assert max(np.ptp(a[i]) for a, i in zip(angle, inside, strict=True) if i.any()) < 1e-3
+    assert found.overhangs
+
+
+@pytest.mark.slow
+def test_principal_start_tells_of_umbilics():
+    sphere = FormulaSurface(
+        "9000*cos(u)*cos(v)", "9000*sin(u)*cos(v)", "9000*sin(v)", (-0.4, 0.4), (-0.4, 0.4)
+    )
+    try:
+        notes = start(sphere, "principal", 6, 6).notes
+    except GeometryError as error:
+        notes = [str(error)]
+    assert any("hardly defined" in n or "umbilic" in n for n in notes)
+
+
+def test_parallel_sections_meet_in_parallel_tangents():
+    # An ellipse and its scaled, raised copies: similar sections correspond by their centre.
+    w = np.linspace(0.0, 2.0 * np.pi, 181)
+    sections = [
+        np.stack([k * 3000 * np.cos(w), k * 2000 * np.sin(w), 0 * w + 3500 * j], axis=1)
+        for j, k in enumerate((1.0, 0.95, 0.88, 0.8))
+    ]
+    net = net_of_sections(sections, np.array([0.0, 0.0, 1.0]))
+    t, _ = conjugate_parameters(net, np.linspace(0, 1, 4), 40)
+    points = net.sampled(np.linspace(0, 1, 4), t)
+    tangent = net.evaluate(np.broadcast_to(np.linspace(0, 1, 4)[:, None], t.shape), t, 0, 1)
+    turn = np.arctan2(tangent[..., 1], tangent[..., 0])
+    assert np.abs(np.angle(np.exp(1j * np.diff(turn, axis=0)))).max() < np.radians(0.5)
+    assert np.ptp(points[..., 2], axis=1).max() < 1e-6
+
+
+def test_sections_that_do_not_fit_together_are_named():
+    w = np.linspace(0.0, 2.0 * np.pi, 60)
+    ring = np.stack([np.cos(w), np.sin(w), 0 * w], axis=1)
+    with pytest.raises(InputError, match=r"section 1.*open"):
+        net_of_sections([ring, ring[:30] + np.array([0, 0, 1])], np.array([0.0, 0.0, 1.0]))
+    tilted = ring + np.stack([0 * w, 0 * w, 1 + 0.1 * np.cos(w)], axis=1)
+    with pytest.raises(InputError, match=r"section 1.*leaves its plane"):
+        net_of_sections([ring, tilted], np.array([0.0, 0.0, 1.0]))
+
+
+@pytest.mark.slow
+def test_geodesics_of_a_cylinder_are_helices_and_rulings_fit():
+    found = start(TUBE, "geodesic", 6, 8, (0.0, 0.0, 1.0), seed=None)
+    points = found.model.points(found.model.parameters(2))
+    # Geodesics across a horizontal section of a cylinder are its vertical lines.
+    assert np.ptp(points[..., :2], axis=1).max() < 1.0
+
+
+def test_network_measures_its_conjugacy():
+    x = np.linspace(-3500.0, 3500.0, 9)
+    grid = np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
+    conjugate = Net(MOULDED.evaluate(*grid.T).point.reshape(9, 9, 3))
+    assert np.degrees(np.abs(conjugacy_defect(conjugate, MOULDED)).max()) < 1e-3
+    # Turned by 45 degrees on a paraboloid a, b: defect atan((a - b) / (a + b)) in the middle.
+    turned = np.stack([grid[:, 0] - grid[:, 1], grid[:, 0] + grid[:, 1]], axis=1) / 2.0
+    net = Net(MOULDED.evaluate(*turned.T).point.reshape(9, 9, 3))
+    middle = conjugacy_defect(net, MOULDED, 1)[0]
+    assert middle == pytest.approx(np.arctan(0.4 / 1.6), abs=1e-6)
+
+
+def test_crossings_of_straight_families_are_exact():
+    x = np.linspace(-1.0, 1.0, 21)
+    rows = np.stack([np.stack([x, 0 * x + y, 0 * x], axis=1) for y in (-0.5, 0.1, 0.7)])
+    columns = np.stack([np.stack([0.3 * x + c, x, 0 * x], axis=1) for c in (-0.4, 0.2, 5.0)])
+    nodes = crossings(rows, columns)
+    for i, y in enumerate((-0.5, 0.1, 0.7)):
+        for j, c in enumerate((-0.4, 0.2)):
+            assert np.allclose(nodes[i, j], [0.3 * y + c, y, 0.0], atol=1e-9)
+    assert np.isnan(nodes[:, 2]).all()
+
+
+def test_lean_is_ninety_degrees_along_an_asymptotic_border():
+    # The hypar's straight borders are asymptotic lines; a dome's border needs little lean.
+    hypar = FormulaSurface("u", "v", "1e-4*u*v", (-4e3, 4e3), (-4e3, 4e3))
+    lean, _ = leans(iso_net(hypar)[0], hypar, 1.0)
+    assert lean.min() > 89.9
+    found = start(hypar, "iso", 8, 8)
+    assert any("asymptotic" in n for n in found.notes)
+
+
+def test_a_folded_start_is_named_by_strip_and_u():
+    net, _ = iso_net(MOULDED)
+    points = net.sampled(net.places(6), net.stations(8)).copy()
+    points[[2, 3], 5] = points[[3, 2], 5]  # two edges cross at one station
+    with pytest.raises(GeometryError, match=r"strip 2, u = 4\.\d+.*folds"):
+        check_folds(model_through(points, False, False), MOULDED, "test")
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        ({"method": "isso"}, "expected one of"),
+        ({"method": "iso", "stripes": 3}, "did you mean 'strips'"),
+        ({"method": "iso", "direction": "w"}, "expected 'u' or 'v'"),
+        ({"method": "iso", "strips": 10**6}, "ask for at most"),
+        ({"method": "iso", "strips": 0}, "at least 1"),
+        ({"method": "mesh"}, "no regular quad mesh"),
+        ({"method": "network"}, "two families"),
+        ({"method": "model"}, "previous model"),
+    ],
+)
+def test_bad_requests_say_how_to_cure_them(call, words):
+    with pytest.raises(InputError, match=words):
+        start(DOME, **call)
