@@ -56,11 +56,19 @@ def _back(
 ) -> tuple[Array, tuple[float, float, float]]:
     """Distances of points on the surface from the model, and where the largest is."""
     points = surface.sample(samples).point
-    across, k = x.shape[1:3]
+    strips, across, k = x.shape[:3]
     _, nearest = KDTree(x.reshape(-1, 3)).query(points)
     strip, rest = np.divmod(nearest, across * k)
     row, column = np.divmod(rest, k)
-    found, _, _ = project(model, points, strip, f.u[column], row / (across - 1.0))
+    start = f.u[column]
+    found, _, v = project(model, points, strip, start, row / (across - 1.0))
+    for end, step in ((0.0, -1), (1.0, 1)):  # feet on an edge: the strip beyond may be nearer
+        beyond = strip + step
+        beyond = beyond % strips if model.closed_i else beyond
+        at = np.flatnonzero((v == end) & (beyond >= 0) & (beyond < strips))
+        if len(at):
+            other, _, _ = project(model, points[at], beyond[at], start[at], 1.0 - v[at])
+            found[at] = np.minimum(found[at], other)
     at = int(np.argmax(found))
     place = (float(points[at, 0]), float(points[at, 1]), float(points[at, 2]))
     return found, place

@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.linalg import lu_factor, lu_solve
 
 from fabgeo import spline
 from fabgeo.arrays import Array
@@ -63,30 +61,47 @@ def interpolated(curves: Curves, knots: Array, tolerance: float, where: str) -> 
 
 
 def _through(curves: Curves, knots: Array) -> Interpolated:
-    sites = spline.greville(knots)
-    checks = np.sort(np.concatenate([(sites[1:] + sites[:-1]) / 2.0, np.unique(knots)]))
-    values = curves(np.concatenate([sites, checks]))
-    given, control = values[:, : len(sites)], values[:, len(sites) :]
-    poles = _solve(knots, np.moveaxis(given, 1, 0))
-    found = np.asarray(BSpline(knots, poles, 3)(checks), dtype=np.float64)
-    error = np.linalg.norm(np.moveaxis(found, 0, 1) - control, axis=-1).max()
-    return Interpolated(knots, np.moveaxis(poles, 1, 0), float(error))
+    scaled = np.round((knots - knots[0]) / (knots[-1] - knots[0]), 12)
+    rule = _rule(scaled.tobytes())
+    sites = knots[0] + rule.sites * (knots[-1] - knots[0])
+    values = curves(sites)
+    count = len(knots) - 4
+    poles = np.einsum("pk,nkd->npd", rule.inverse, values[:, :count])
+    found = np.einsum("kp,npd->nkd", rule.checks, poles)
+    error = np.linalg.norm(found - values[:, count:], axis=-1).max()
+    return Interpolated(knots, poles, float(error))
 
 
-def _solve(knots: Array, given: Array) -> Array:
-    """Poles (k, N, 3) with which the splines pass through `given` at the Greville points."""
-    scaled = (knots - knots[0]) / (knots[-1] - knots[0])
-    factors = _factors(np.round(scaled, 12).tobytes(), len(knots))
-    flat = given.reshape(len(given), -1)
-    return np.asarray(lu_solve(factors, flat)).reshape(given.shape)
+@dataclass(frozen=True)
+class _Rule:
+    """Interpolation on one knot vector scaled to [0, 1]; many parts share one.
+
+    Attributes
+    ----------
+    sites : (k + c,) array
+        Greville points, then c points between them at which the error is measured.
+    inverse : (k, k) array
+        From points at Greville points to poles.
+    checks : (c, k) array
+        From poles to points at the checks.
+    """
+
+    sites: Array
+    inverse: Array
+    checks: Array
 
 
 @lru_cache(maxsize=512)
-def _factors(key: bytes, count: int) -> tuple[Any, Any]:
-    """Factorised collocation matrix of a knot vector scaled to [0, 1]; many parts share one."""
-    knots = np.frombuffer(key, dtype=np.float64)[:count]
-    sites = np.clip(spline.greville(knots), 0.0, 1.0)
-    return lu_factor(BSpline.design_matrix(sites, knots, 3).toarray())
+def _rule(key: bytes) -> _Rule:
+    knots = np.frombuffer(key, dtype=np.float64)
+    given = np.clip(spline.greville(knots), 0.0, 1.0)
+    checks = np.sort(np.concatenate([(given[1:] + given[:-1]) / 2.0, np.unique(knots)]))
+    collocation = BSpline.design_matrix(given, knots, 3).toarray()
+    return _Rule(
+        np.concatenate([given, checks]),
+        np.linalg.inv(collocation),
+        BSpline.design_matrix(checks, knots, 3).toarray(),
+    )
 
 
 def halved(knots: Array) -> Array:

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, BoolArray, dot
 from fabgeo.strips.frames import EdgeCurves, Frames, cross, frames, normal_change
 
 
@@ -185,23 +185,36 @@ def bending_radius(model: EdgeCurves, f: Frames) -> tuple[Array, Array]:
 def folds(f: Frames) -> tuple[Worst, ...]:
     """Places where a strip folds: the worst one of every strip that does (value: regression).
 
-    Found by orientation: a strip's two ends must run the same way around its normal, and must
-    keep to the side on which the neighbour and the strip's own start lie.
+    Found by orientation: a strip's two ends must run the same way around its normal, and its
+    normal must lie on the side of its neighbours' normals; where it is turned over against all of
+    them the value is -1.
     """
     ratio = regression(f)
-    back = f.at_edges(f.m)
-    turned = np.zeros(ratio.shape, dtype=bool)
-    if len(f.interior):
-        flips = dot(back[0], back[1]) < 0.0
-        for row, i in enumerate(f.interior):
-            turned[i % len(turned)] |= flips[row]
-    found = []
-    for strip in range(len(ratio)):
-        bad = np.where(turned[strip], np.minimum(ratio[strip], -1.0), ratio[strip])
-        at = int(np.argmin(bad))
-        if bad[at] <= 0.0:
-            found.append(Worst(float(bad[at]), strip, float(f.u[at])))
-    return tuple(found)
+    ratio = np.where(_turned(f), np.minimum(ratio, -1.0), ratio)
+    worst_at = np.argmin(ratio, axis=1)
+    return tuple(
+        Worst(float(ratio[strip, k]), strip, float(f.u[k]))
+        for strip, k in enumerate(worst_at)
+        if ratio[strip, k] <= 0.0
+    )
+
+
+def _turned(f: Frames) -> BoolArray:
+    """Where a strip's normal opposes all its neighbours' (strips, k).
+
+    An end strip's one neighbour must itself agree with the next, else that one is turned.
+    """
+    before, after = f.at_edges(f.m)
+    against = dot(before, after) < 0.0
+    if f.closed_i:
+        return against & np.roll(against, -1, axis=0)
+    turned = np.zeros(f.length.shape, dtype=bool)
+    if len(against) == 0:
+        return turned
+    turned[1:-1] = against[:-1] & against[1:]
+    others = against[[1, -2]] if len(against) > 1 else np.zeros_like(against[[0, -1]])
+    turned[[0, -1]] = against[[0, -1]] & ~others
+    return turned
 
 
 def measure(

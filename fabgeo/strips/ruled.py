@@ -9,6 +9,7 @@ edge curves
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -56,8 +57,13 @@ class RuledPatch:
 
     def edges(self, u: Array, derivative: int = 0) -> Array:
         """Points or u-derivatives (2, k, 3) of both edge curves at u (k,)."""
-        curve = BSpline(self.knots, np.moveaxis(self.poles, 1, 0), 3)
-        return np.moveaxis(np.asarray(curve(u, derivative), dtype=np.float64), 0, 1)
+        return np.asarray(self._curves(u, derivative), dtype=np.float64).swapaxes(0, 1)
+
+    @cached_property
+    def _curves(self) -> BSpline:
+        return BSpline.construct_fast(
+            self.knots, np.ascontiguousarray(self.poles.swapaxes(0, 1)), 3
+        )
 
     def points(self, u: Array, v: Array) -> Array:
         """Surface points at parameters u, v of equal shape (k,): (k, 3)."""

@@ -16,7 +16,8 @@ layer
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -76,14 +77,16 @@ def panels(
     joint = joint or Joint()
     if layer.thickness <= 0.0:
         raise InputError(f"layer {layer.name}", f"expected thickness > 0, found {layer.thickness}")
-    known = {(p.strip, p.cell): p for p in patches}
+    known: dict[int, list[Patch]] = defaultdict(list)
+    for patch in patches:
+        known[patch.strip].append(patch)
     return [_panel(model, patch, known, layer, joint, tolerance, suffix) for patch in patches]
 
 
 def _panel(
     model: StripModel,
     patch: Patch,
-    known: dict[tuple[int, int], Patch],
+    known: Mapping[int, Sequence[Patch]],
     layer: Layer,
     joint: Joint,
     tolerance: float,
@@ -167,7 +170,7 @@ def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: f
 
 
 def _neighbours(
-    model: StripModel, patch: Patch, known: dict[tuple[int, int], Patch], suffix: str
+    model: StripModel, patch: Patch, known: Mapping[int, Sequence[Patch]], suffix: str
 ) -> dict[str, str]:
     """Marks of the panels across the patch's edges (the one that overlaps most) and rulings."""
     out = {}
@@ -176,14 +179,13 @@ def _neighbours(
         if model.closed_i:
             strip %= model.strips
         best, most = "", 1e-9
-        for (s, _), other in known.items():
-            if s == strip:
-                overlap = min(other.u1, patch.u1) - max(other.u0, patch.u0)
-                if overlap > most:
-                    best, most = other.mark + suffix, overlap
+        for other in known.get(strip, ()):
+            overlap = min(other.u1, patch.u1) - max(other.u0, patch.u0)
+            if overlap > most:
+                best, most = other.mark + suffix, overlap
         if best:
             out[side] = best
-    row = sorted((p for (s, _), p in known.items() if s == patch.strip), key=lambda p: p.u0)
+    row = sorted(known[patch.strip], key=lambda p: p.u0)
     at = row.index(patch)
     if at > 0:
         out["start"] = row[at - 1].mark + suffix
