@@ -73,7 +73,7 @@ class Strips(Table):
     seed: Point | None = None
     model: str | None = None
     boundary: Literal["auto", "edges", "ends", "all", "none"] = "auto"
-    margin: NonNegative | None = None
+    anchor: NonNegative = 1e-2
 
 
 class Panels(Table):

@@ -61,7 +61,7 @@ def design(
     with clock.stage("start"):
         initial = start_of(project, surface, base)
     with clock.stage("fit"):
-        fitted = fit_of(project, surface, initial.model, clock)
+        fitted = fit_of(project, initial, clock)
         model = outwards(fitted.model)
     with clock.stage("panels"):
         patches = patches_of(project, model)

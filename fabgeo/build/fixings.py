@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from fabgeo.build.geometry import Design
 from fabgeo.cad.assembly import Node
-from fabgeo.cad.connectors import fixing_product, place_connectors
+from fabgeo.cad.connectors import fixing_products, place_connectors
 from fabgeo.cad.fasteners import metric
 from fabgeo.cad.measure import volume
 from fabgeo.errors import InputError
@@ -36,7 +36,9 @@ def fixing_of(project: Project) -> Fixing:
         edge_distance=asked.edge_distance,
         stand_off=asked.standoff,
         reach=asked.reach,
-        bolt=rod,
+        rod=rod,
+        base_bolt=BASE_BOLT,
+        base_pitch=pitch,
         base_length=base[0],
         base_width=base[1],
         base_thickness=base[2],
@@ -86,22 +88,12 @@ def products_of(design: Design) -> dict[str, Node]:
     project = design.project
     if not design.connectors or project.panels is None or project.beams is None:
         return {}
-    out: dict[str, Node] = {}
-    for key, fixing in design.products.items():
-        base = _base(fixing.base_length, fixing.base_width)
-        out[key] = fixing_product(
-            key,
-            flange=project.beams.flange,
-            panel=project.panels.thickness,
-            standoff=fixing.stand_off,
-            rod=fixing.bolt,
-            base=base,
-            base_bolt=BASE_BOLT,
-            base_pitch=_pitch(base),
-            disc=(fixing.disc_diameter, fixing.disc_thickness),
-            library=_library(),
-        )
-    return out
+    return fixing_products(
+        design.products,
+        panel=project.panels.thickness,
+        flange=project.beams.flange,
+        library=importlib.util.find_spec("bd_warehouse") is not None,
+    )
 
 
 def masses_of(products: Mapping[str, Node]) -> dict[str, float]:
@@ -113,7 +105,3 @@ def _volume(node: Node) -> float:
     product = node.instance_of or node
     own = volume(product.shape)[0] if product.shape is not None else 0.0
     return own + sum(_volume(child) for child in product.children)
-
-
-def _library() -> bool:
-    return importlib.util.find_spec("bd_warehouse") is not None

@@ -10,7 +10,7 @@ import numpy as np
 from fabgeo.arrays import dot
 from fabgeo.build.progress import Clock
 from fabgeo.fitting.fit import FitResult, fit
-from fabgeo.fitting.options import FitOptions
+from fabgeo.fitting.options import FitOptions, Weights
 from fabgeo.fitting.starts import Start, start
 from fabgeo.project import Project
 from fabgeo.strips.frames import frames
@@ -34,17 +34,17 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
     )
 
 
-def fit_of(
-    project: Project, surface: DesignSurface, initial: StripModel, clock: Clock | None = None
-) -> FitResult:
-    """The fitted model, its outer side on the side of t x e."""
+def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitResult:
+    """The model fitted to the surface, or to its continuation where the start overhangs it."""
     clock = clock or Clock()
-    options = FitOptions(boundary=project.strips.boundary)
+    options = FitOptions(
+        boundary=project.strips.boundary, weights=Weights(anchor=project.strips.anchor)
+    )
 
     def listen(news: Any) -> None:
         clock.tell(f"stage {news.stage}, {news.segments} segments, step {news.iteration}")
 
-    return fit(surface, initial, project.strips.kind, options, listen)
+    return fit(initial.reference, initial.model, project.strips.kind, options, listen)
 
 
 def outwards(model: StripModel, flip: bool = False) -> StripModel:

@@ -1,0 +1,98 @@
+"""Bad input: exit code 2, one line that names file or part and cure, nothing written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from journey_helpers import DOME, fabgeo
+
+CUBE = "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+GRID = [(x, y) for y in range(4) for x in range(4)]
+
+
+def obj(faces: list[tuple[int, ...]] | None = None, nan: bool = False) -> str:
+    lines = [f"v {2 * x} {2 * y} {0.1 * x * y}" for x, y in GRID]
+    if nan:
+        lines[5] = "v nan 0 0"
+    quads = [
+        (4 * j + i + 1, 4 * j + i + 2, 4 * j + i + 6, 4 * j + i + 5)
+        for j in range(3)
+        for i in range(3)
+    ]
+    for face in quads if faces is None else quads + faces:
+        lines.append("f " + " ".join(map(str, face)))
+    return "\n".join(lines) + "\n"
+
+
+SIDES = "4 1 2 3 4\n4 5 6 7 8\n4 1 2 6 5\n4 2 3 7 6\n4 3 4 8 7\n4 4 1 5 8\n"
+EMPTY_STEP = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+
+FILES = {
+    "missing.obj": (None, "no such file"),
+    "empty.obj": ("", "empty.obj"),
+    "nan.obj": (obj(nan=True), "nan.obj"),
+    "many.obj": (obj(faces=[(1, 2, 16)]), "many.obj"),
+    "one.off": (
+        CUBE + "4 1 2 3 4\n4 5 6 7 8\n4 1 2 6 5\n4 2 3 7 6\n4 3 4 8 7\n4 4 1 5 8\n",
+        "index",
+    ),
+    "nothing.step": (
+        "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n",
+        "step",
+    ),
+    "crossing.csv": (
+        "section,x,y,z\n"
+        + "\n".join(
+            f"{k},{x},{y},{3 * k}" for k in range(3) for x, y in [(0, 0), (9, 9), (9, 0), (0, 9)]
+        ),
+        "cross",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_bad_surface_files(tmp_path: Path, name: str) -> None:
+    content, words = FILES[name]
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    project = tmp_path / "p.toml"
+    project.write_text(f'[surface]\nfile = "{name}"\nunit = "m"\n[panels]\ncount = 2\n')
+    done = fabgeo("build", project, "--out", tmp_path / "out")
+    assert done.code == 2, done.out + done.err
+    assert words in done.err.lower()
+    assert name in done.err
+    assert len(done.err.strip().splitlines()[-1]) > 20
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("count = 4", "kind = 'conical'\ncount = 4", "radius"),
+        ("count = 4", "count = 100000", "strips"),
+        ("length = 6000.0\nwidth = 2000.0", "length = 600.0\nwidth = 500.0", "larger than every"),
+        ("count = 4", "cuont = 4", "did you mean 'count'"),
+        ('unit = "m"', 'unit = "mm"', "unit"),
+        ("0.05*u**2", "0.05*w**2", "w"),
+        ("0.05*u**2", "__import__('os')", "formula"),
+    ],
+)
+def test_bad_projects(tmp_path: Path, old: str, new: str, words: str) -> None:
+    project = tmp_path / "p.toml"
+    text = DOME.replace(old, new)
+    if "conical" in new:  # an offset beyond the radius of curvature, 10 m
+        text += "[cells]\ndepth = -30000.0\n"
+    project.write_text(text)
+    done = fabgeo("build", project, "--out", tmp_path / "out")
+    assert done.code == 2, done.out + done.err
+    assert words in done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_output_path_that_is_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text(DOME)
+    (tmp_path / "out").write_text("keep me")
+    done = fabgeo("build", tmp_path / "p.toml", "--out", tmp_path / "out")
+    assert done.code == 2
+    assert (tmp_path / "out").read_text() == "keep me"

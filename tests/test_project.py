@@ -1,0 +1,82 @@
+"""Project files: what is wrong is named with its key and its cure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fabgeo.build.template import TEMPLATE, write_template
+from fabgeo.errors import InputError
+from fabgeo.project import parse_project, read_project
+
+SURFACE = {"surface": {"file": "roof.step"}}
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({}, r"\[surface\] is missing"),
+        ({**SURFACE, "panles": {}}, "did you mean 'panels'"),
+        ({"surface": {"file": "a.step", "unti": "m"}}, "surface.unti, did you mean 'unit'"),
+        ({**SURFACE, "panels": {"thickness": -1}}, "panels.thickness.*greater than 0, found -1"),
+        ({**SURFACE, "panels": {"material": "steal"}}, "did you mean 'steel'"),
+        ({**SURFACE, "panels": {"thickness": float("nan")}}, "panels.thickness"),
+        ({"surface": {"file": "a", "x": "u"}}, "either file, or a formula"),
+        ({"surface": {"x": "u", "y": "v", "z": "0", "u": [0, 1], "v": [0, 1]}}, "needs its unit"),
+        ({**SURFACE, "name": "../evil"}, "letters, digits"),
+        ({**SURFACE, "materials": {"../x": {"density": 1}}}, "materials"),
+        ({**SURFACE, "connectors": {}}, "both are needed"),
+        ({**SURFACE, "strips": {"kind": "conic"}}, "strips.kind"),
+    ],
+)
+def test_wrong_projects_are_refused_by_key(data: dict, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parse_project(data)
+
+
+def test_all_errors_are_told_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        parse_project({**SURFACE, "panels": {"joint": -2}, "beams": {"web": "thick"}})
+    assert "panels.joint" in str(caught.value)
+    assert "beams.web" in str(caught.value)
+
+
+def test_files_that_are_missing_or_no_toml_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_project(tmp_path / "none.toml")
+    path = tmp_path / "p.toml"
+    path.write_text("name = \n")
+    with pytest.raises(InputError, match=r"p\.toml.*line 1"):
+        read_project(path)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="UTF-8"):
+        read_project(path)
+
+
+def test_the_template_reads_as_it_is_and_with_every_line_uncommented(tmp_path: Path) -> None:
+    path = write_template(tmp_path / "project.toml")
+    assert read_project(path).panels is not None
+    with pytest.raises(InputError, match="is there already"):
+        write_template(path)
+    lines = []
+    for line in TEMPLATE.splitlines():
+        bare = line.removeprefix("# ")
+        code = bare.split("#")[0].strip()
+        option = line.startswith("# ") and (code.startswith("[") or " = " in code)
+        either_or = code.split(" ")[0] in ("file", "unit", "faces")
+        prose = line.startswith("#   ") or either_or
+        lines.append(bare if option and not prose else line)
+    text = "\n".join(lines).replace('kind = "general" ', 'kind = "conical" ')
+    path.write_text(text)
+    project = read_project(path)
+    assert project.cells is not None
+    assert project.connectors is not None
+    assert project.cutting.version == "R2010"
+
+
+def test_own_materials_extend_the_known_ones() -> None:
+    project = parse_project({**SURFACE, "materials": {"aluminium": {"yield_stress": 200.0}}})
+    assert project.material("aluminium").yield_stress == 200.0
+    assert project.material("aluminium").density == 2660.0
+    assert project.material("steel").density == 7850.0
