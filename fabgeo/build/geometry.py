@@ -20,9 +20,9 @@ from fabgeo.fitting.starts import Start
 from fabgeo.panels.classify import PanelChoice, classify
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.limits import Costs, Tolerances
-from fabgeo.panels.made import as_made
 from fabgeo.panels.samples import PanelInput, Side
-from fabgeo.project import Project
+from fabgeo.project import Beams, Project
+from fabgeo.strips.axes import Axes
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures import panels as layers
@@ -31,7 +31,7 @@ from fabgeo.structures.cells import cells
 from fabgeo.structures.connectors import Fixing
 from fabgeo.structures.parts import Beam, Cell, Connector, Plate
 from fabgeo.structures.patches import CutRule, cut
-from fabgeo.structures.walls import walls
+from fabgeo.structures.walls import coped_walls, walls
 from fabgeo.surfaces.base import DesignSurface
 
 
@@ -124,11 +124,14 @@ def panels_of(
         choices = list(choose(inputs, tolerances, costs, sheet_of(project)).panels)
     else:
         choices = classify(inputs, tolerances, costs, sheet_of(project))
-    made = tuple(
-        plate if choice.shape is None else replace(plate, mid=as_made(plate.mid, choice.shape))
-        for plate, choice in zip(net, choices, strict=True)
-    )
-    return made, {choice.mark: choice for choice in choices}
+    made = []
+    for k, (plate, choice) in enumerate(zip(net, choices, strict=True)):
+        try:
+            made.append(replace(plate, mid=choice.on_shape(plate.mid)))
+        except GeometryError as error:
+            choices[k] = choice.as_fitted(f"{choice.cls}: {error.problem}", costs.developable)
+            made.append(plate)
+    return tuple(made), {choice.mark: choice for choice in choices}
 
 
 def _sides(shared: Mapping[str, str]) -> dict[Side, str | tuple[str, ...]]:
@@ -189,20 +192,32 @@ def structure_of(project: Project, model: StripModel, patches: tuple[Patch, ...]
         out["pair"] = pair
         out["cells"] = tuple(cells(model, patches, project.cells.depth, pair=pair))
         if project.cells.walls:
-            low, high = sorted((0.0, project.cells.depth))
-            out["walls"] = tuple(
-                walls(
-                    model,
-                    patches,
-                    (low, high),
-                    project.cells.wall_thickness,
-                    project.cells.material,
-                    clearance=project.beams.web / 2.0 if project.beams else 0.0,
-                )
-            )
+            out["walls"] = tuple(_walls(project, model, patches, pair.axes))
     if project.beams:
         out["beams"] = tuple(_beams(project, model))
     return out
+
+
+def _walls(
+    project: Project, model: StripModel, patches: tuple[Patch, ...], field: Axes
+) -> list[Plate]:
+    """Walls at the rulings: coped to the beams where every edge has one."""
+    asked, of_beams = project.cells, project.beams
+    if asked is None:
+        return []
+    plate = (asked.wall_thickness, asked.material)
+    if of_beams is not None and of_beams.edges is None:
+        return coped_walls(
+            model,
+            patches,
+            _section(of_beams),
+            *plate,
+            construction=of_beams.flanges,
+            field=field,
+        )
+    low, high = sorted((0.0, asked.depth))
+    clearance = of_beams.web / 2.0 if of_beams else 0.0
+    return walls(model, patches, (low, high), *plate, clearance=clearance, field=field)
 
 
 def _beams(project: Project, model: StripModel) -> list[Beam]:
@@ -213,7 +228,16 @@ def _beams(project: Project, model: StripModel) -> list[Beam]:
         raise InputError(
             "beams.edges", f"the model has edges 0 to {model.edges - 1}, found {max(asked.edges)}"
         )
-    section = Section(
+    rule = BeamRule(
+        at=None if asked.cuts is None else tuple(asked.cuts),
+        box=project.limits.transport_mm,
+        construction=asked.flanges,
+    )
+    return beams(model, _section(asked), rule, asked.edges)
+
+
+def _section(asked: Beams) -> Section:
+    return Section(
         outer=-asked.standoff,
         depth=asked.depth,
         web=asked.web,
@@ -224,9 +248,3 @@ def _beams(project: Project, model: StripModel) -> list[Beam]:
         box=asked.flange_width / 2.0 if asked.section == "box" else 0.0,
         material=asked.material,
     )
-    rule = BeamRule(
-        at=None if asked.cuts is None else tuple(asked.cuts),
-        box=project.limits.transport_mm,
-        construction=asked.flanges,
-    )
-    return beams(model, section, rule, asked.edges)

@@ -12,7 +12,7 @@ from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.fit_shape import Targets, fit, start
 from fabgeo.panels.limits import Tolerances
-from fabgeo.panels.made import skew_of
+from fabgeo.panels.made import follows
 from fabgeo.panels.pool import CLASSES, Pool, as_fitted
 from fabgeo.panels.samples import PanelInput, Samples, boundary_tilt, end_swing, sample
 from fabgeo.strips.ruled import RuledPatch
@@ -65,15 +65,17 @@ def targets_of(
     )
 
 
-def measured(
-    panel: IntArray, kind: int, carriers: Carriers, samples: Samples, form_mm: float
-) -> Pool:
-    """Candidates with their deviations from samples of the same panels."""
+def measured(panel: IntArray, kind: int, carriers: Carriers, samples: Samples) -> Pool:
+    """Candidates with their deviations from samples of the same panels.
+
+    Infinitely far off where the shape's rulings don't follow the panel's.
+    """
     found, bound = deviation(samples, carriers)
+    found = np.where(follows(samples, carriers), found, np.inf)
     ends = samples.edges[0].reshape(len(samples), -1, 3)
     flange = np.abs(carriers.distance(ends)).max(axis=1)
     kinds = np.full(len(panel), kind, dtype=np.int64)
-    return Pool(panel, kinds, carriers, found, bound, flange, skew_of(samples, carriers, form_mm))
+    return Pool(panel, kinds, carriers, found, bound, flange)
 
 
 def allowed(pool: Pool, patches: Sequence[RuledPatch], tolerances: Tolerances) -> Pool:
@@ -139,25 +141,20 @@ def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> OwnC
         (tolerances.gap_mm / 2.0, None),
         (tolerances.gap_mm / 2.0, tolerances.kink / 2.0),
     )
+    swing = np.full((len(panels), 1), tolerances.gap_mm / 2.0)
     fits = []
     for kind, name in enumerate(CLASSES[:-1]):
         near = start(samples, name)
         for edge, tilt in wishes:
-            free = tolerances.gap_mm / 2.0 + free_swing(near, tolerances.form_mm)[:, None]
-            targets = targets_of(samples, tolerances.deviation_mm, edge, tilt, free)
+            at = samples if edge is None else samples.thinned()
+            targets = targets_of(at, tolerances.deviation_mm, edge, tilt, swing)
             near = fit(targets, near, name, size)
             if edge is None:
                 fits.append(near)
                 possible[:, kind] = power_mean(targets.residuals(near)[0]) <= 1.0
-            found = measured(everyone, kind, near, samples, tolerances.form_mm)
+            found = measured(everyone, kind, near, samples)
             pool = pool.with_more(allowed(found, patches, tolerances))
     return OwnCandidates(pool, samples, possible, tuple(fits))
-
-
-def free_swing(carriers: Carriers, form_mm: float) -> Array:
-    """Distance (p,) by which the ends of a line may leave a ruling within the form tolerance."""
-    # The sag w^2 kappa / 8 of the whole width w: half of it at either end.
-    return np.minimum(np.sqrt(2.0 * form_mm / np.maximum(np.abs(carriers.k), 1e-12)), 1e4)
 
 
 def power_mean(residuals: Array, power: float = 16.0) -> Array:

@@ -89,41 +89,47 @@ class Carriers:
 
     def distance(self, points: Array) -> Array:
         """Signed distance (p, s) of world points (p, s, 3)."""
-        _, y, z, big_e, q = self._terms(points)
+        local, big_e, q = self._terms(points)
+        y, z = local[..., 1], local[..., 2]
         return z + self.k[:, None] * y * y / (q + big_e)
 
     def normal(self, points: Array) -> Array:
         """Unit normal (p, s, 3) at the foot of world points: the distance's gradient."""
-        return self.vectors(self._local_normal(points))
+        return self.vectors(self._local_normal(*self._terms(points)))
 
     def project(self, points: Array) -> Array:
         """Feet (p, s, 3) of world points."""
-        return points - self.distance(points)[..., None] * self.normal(points)
+        local, big_e, q = self._terms(points)
+        y = local[..., 1]
+        distance = local[..., 2] + self.k[:, None] * y * y / (q + big_e)
+        normal = self.vectors(self._local_normal(local, big_e, q))
+        return points - distance[..., None] * normal
 
     def curvature(self, points: Array) -> tuple[Array, Array]:
         """Curvature (p, s) of the parallel carrier through the points and its direction (p, s, 3).
 
         The distance's Hessian is the curvature times the direction's square.
         """
-        _, y, _, big_e, q = self._terms(points)
+        local, big_e, q = self._terms(points)
+        y = local[..., 1]
         direction = np.stack([-self.g[:, None] * y, big_e, -self.k[:, None] * y], -1) / q[..., None]
         return self.k[:, None] / q, self.vectors(direction)
 
     def ruling(self, points: Array) -> Array:
         """Unit direction (p, s, 3) of the ruling at the foot, along the side of a."""
         _, direction = self.curvature(points)
-        return np.cross(direction, self.normal(points))
+        return _cross(direction, self.normal(points))
 
     def derivatives(self, points: Array) -> tuple[Array, Array]:
         """Signed distance (p, s) and its exact derivatives (p, s, 6).
 
         By a shift along n, rotations about a, m, n (acting on the carrier), k and g.
         """
-        x, y, z, big_e, q = self._terms(points)
+        local, big_e, q = self._terms(points)
+        x, y, z = local[..., 0], local[..., 1], local[..., 2]
         k, g, w = self.k[:, None], self.g[:, None], q + big_e
-        normal = self._local_normal(points)
-        local = np.stack([x, y, z], -1)
-        turning = -np.cross(local, normal)  # a rotation w moves the local point by -w x X
+        normal = self._local_normal(local, big_e, q)
+        turning = -_cross(local, normal)  # a rotation w moves the local point by -w x X
         factor = k * y * y / (w * w)
         by_k = y * y / w - factor * (z + (big_e * z + k * y * y) / q)
         by_g = -factor * (x + (big_e * x + g * y * y) / q)
@@ -134,15 +140,15 @@ class Carriers:
 
     def tilt_derivatives(self, points: Array, along: Array) -> tuple[Array, Array]:
         """Component (p, t) of the normal along world vectors (p, t, 3), derivatives (p, t, 6)."""
-        x, y, z, big_e, q = self._terms(points)
+        local, big_e, q = self._terms(points)
+        x, y, z = local[..., 0], local[..., 1], local[..., 2]
         k, g, w = self.k[:, None], self.g[:, None], q + big_e
-        normal = self._local_normal(points)
+        normal = self._local_normal(local, big_e, q)
         c = along @ self.frame.transpose(0, 2, 1)
         circle = np.stack([-g * y, big_e, -k * y], -1) / q[..., None]
         hessian = (k / q * np.einsum("psi,psi->ps", circle, c))[..., None] * circle  # H c
-        local = np.stack([x, y, z], -1)
         # c . (w x N) - (H c) . (w x X) for a rotation w, -(H c) . n for a shift
-        turning = np.cross(normal, c) - np.cross(local, hessian)
+        turning = _cross(normal, c) - _cross(local, hessian)
         by = []
         for d_e, d_q in (
             (z, (big_e * z + k * y * y) / q),
@@ -180,7 +186,7 @@ class Carriers:
         swing = np.einsum("psi,psi->ps", ray, c)
         free = (c - swing[..., None] * ray) / length  # how the component follows the ray
         # A rotation w moves the local point by -w x X and the local c by -w x c.
-        turning = -g * np.cross(local, free) - np.cross(c, ray)
+        turning = -g * _cross(local, free) - _cross(c, ray)
         by_g = np.einsum("psi,psi->ps", free, local)[..., None]
         shift = -g * free[..., 2:]
         return swing, np.concatenate([shift, turning, np.zeros_like(by_g), by_g], axis=-1)
@@ -204,7 +210,8 @@ class Carriers:
     def coordinates(self, points: Array) -> tuple[Array, Array]:
         """Turn and reach (p, s) of the feet of world points."""
         _, g, n = self._k_g_n()
-        x, y, _, big_e, _ = self._terms(self.project(points))
+        local, big_e, _ = self._terms(self.project(points))
+        x, y = local[..., 0], local[..., 1]
         small = n * np.abs(y) < 1e-9 * np.abs(big_e)
         turn = np.where(small, y / big_e, np.arctan2(n * y, big_e) / np.where(n > 0.0, n, 1.0))
         sag = 0.5 * turn**2 * np.sinc(n * turn / 2.0 / np.pi) ** 2
@@ -214,18 +221,29 @@ class Carriers:
         k, g = self.k[:, None], self.g[:, None]
         return k, g, np.hypot(k, g)
 
-    def _terms(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
+    def _terms(self, points: Array) -> tuple[Array, Array, Array]:
+        """Local coordinates, E and Q: see the module's glossary."""
         local = self.local(points)
-        x, y, z = local[..., 0], local[..., 1], local[..., 2]
-        big_e = 1.0 + self.g[:, None] * x + self.k[:, None] * z
+        y = local[..., 1]
+        big_e = 1.0 + self.g[:, None] * local[..., 0] + self.k[:, None] * local[..., 2]
         q = np.sqrt(big_e**2 + (self.k**2 + self.g**2)[:, None] * y * y)
-        return x, y, z, big_e, q
+        # Beyond an apex (E < 0) and on the ray there Q + E is zero, by which the formulas divide.
+        return local, big_e, np.maximum(q, np.maximum(-big_e * (1.0 + 1e-14), 1e-150))
 
-    def _local_normal(self, points: Array) -> Array:
-        _, y, _, big_e, q = self._terms(points)
+    def _local_normal(self, local: Array, big_e: Array, q: Array) -> Array:
+        y = local[..., 1]
         k, g = self.k[:, None], self.g[:, None]
         ratio = k * y * y / (q * (q + big_e))
         return np.stack([-g * ratio, k * y / q, 1.0 - k * ratio], -1)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross product of vectors of equal shape (..., 3), leaner than numpy's."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[..., j], b[..., k], out=out[..., i])
+        out[..., i] -= a[..., k] * b[..., j]
+    return out
 
 
 def frames(ruling: Array, normal: Array) -> Array:

@@ -258,7 +258,7 @@ class _Search:
             self._add_as_they_are(index, k, carriers)
 
     def _add_as_they_are(self, index: IntArray, k: int, carriers: Carriers) -> None:
-        found = measured(index, k, carriers[index], self.samples[index], self.tolerances.form_mm)
+        found = measured(index, k, carriers[index], self.samples[index])
         self.pool = self.pool.with_more(allowed(found, self.patches, self.tolerances))
 
 

@@ -10,7 +10,7 @@ class
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,8 +42,6 @@ class PanelChoice:
         What replaces the fitted panel; None: it stays.
     fitted : RuledPatch
         The fitted panel.
-    skew : float
-        How far the made panel's ruling lines follow the fitted ones: see `fabgeo.panels.made`.
     deviation_mm, bound_mm : float
         Largest distance between fitted panel and shape at samples, and the bound of it anywhere.
     flange_mm : float
@@ -72,7 +70,6 @@ class PanelChoice:
     cls: str
     shape: Shape | None
     fitted: RuledPatch
-    skew: float
     deviation_mm: float
     bound_mm: float
     flange_mm: float
@@ -93,7 +90,27 @@ class PanelChoice:
     @cached_property
     def made(self) -> RuledPatch:
         """The panel as made, on the shape; worked out when first asked for."""
-        return self.fitted if self.shape is None else as_made(self.fitted, self.shape, self.skew)
+        return self.on_shape(self.fitted)
+
+    def on_shape(self, patch: RuledPatch) -> RuledPatch:
+        """A part of the fitted panel, e.g. with its joints taken off, as it will be made."""
+        return patch if self.shape is None else as_made(patch, self.shape)
+
+    def as_fitted(self, reason: str, cost: float) -> PanelChoice:
+        """The choice not to replace the panel after all."""
+        return replace(
+            self,
+            cls="developable",
+            shape=None,
+            half_angle_deg=None,
+            axis=None,
+            bend_lines="free",
+            deviation_mm=0.0,
+            bound_mm=0.0,
+            flange_mm=0.0,
+            cost=cost,
+            reason="; ".join(filter(None, [reason, self.reason])),
+        )
 
 
 def classify(
@@ -161,7 +178,6 @@ def describe(
                 cls=name,
                 shape=shape,
                 fitted=panel.patch,
-                skew=float(pool.skew[c]),
                 deviation_mm=float(pool.deviation[c]),
                 bound_mm=float(pool.bound[c]),
                 flange_mm=float(pool.flange[c]),

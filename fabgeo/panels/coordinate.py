@@ -12,12 +12,11 @@ from __future__ import annotations
 import numpy as np
 
 from fabgeo.arrays import Array, BoolArray, IntArray, unit
-from fabgeo.panels.candidates import free_swing, targets_of
+from fabgeo.panels.candidates import targets_of
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.fit_shape import Targets, fit
 from fabgeo.panels.joints import Joints, made_boundary, turned
 from fabgeo.panels.limits import Tolerances
-from fabgeo.panels.made import skew_of
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.samples import Samples
 
@@ -103,15 +102,12 @@ class Coordination:
         there = joint >= 0
         j, s = np.where(there, joint, 0).ravel(), side.ravel()
         neighbour = self.joints.panels[j, 1 - s]
-        skew = skew_of(self.samples, carriers, limits.form_mm)
-        free = limits.gap_mm + free_swing(carriers[index], limits.form_mm)[:, None]
         points, normals = made_boundary(
             carriers[neighbour],
             kind[neighbour] != len(CLASSES) - 1,
             self.joints.points[j],
             self.joints.normals[1 - s, j],
             self.joints.ends[j],
-            skew[neighbour],
         )
         # The neighbour's normal turned back by the own kink is what this panel's should be.
         back = np.where(s == 0, -1.0, 1.0)[:, None, None] * self.own[j]
@@ -137,7 +133,7 @@ class Coordination:
             self.joints.points[j][:, 4].reshape(*shape, 3),
             along[:, 4].reshape(*shape, 3),
             np.einsum("ji,ji->j", ruling, along[:, 4]).reshape(shape),
-            np.where(there & self.joints.ends[j].reshape(shape), free / half, 1e9),
+            np.where(there & self.joints.ends[j].reshape(shape), limits.gap_mm / half, 1e9),
         )
 
     @staticmethod

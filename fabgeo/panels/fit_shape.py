@@ -7,6 +7,8 @@ what a tolerance limits.
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal
 
@@ -26,6 +28,7 @@ _FREE: dict[str, Array] = {
     "rolled": np.array([1.0, 1, 1, 1, 0, 0]),  # a cylinder of given radius
 }
 
+_TOGETHER = 128  # panels in one batch
 _LONGEST = 0.5  # step, in radians and in panel sizes
 
 
@@ -142,19 +145,45 @@ def fit(
     steps : int
         Most steps in each norm.
     """
+    # Panels are independent of each other: a few at a time stay in the processor's cache, and
+    # numpy lets threads run side by side.
+    parts = np.array_split(np.arange(len(guess)), max(1, len(guess) // _TOGETHER))
+
+    def some(index: IntArray) -> Carriers:
+        return _fit(targets[index], guess[index], kind, size[index], powers, steps)
+
+    if len(parts) == 1:
+        return some(parts[0])
+    with ThreadPoolExecutor(min(len(parts), os.process_cpu_count() or 1)) as threads:
+        return Carriers.joined(list(threads.map(some, parts)))
+
+
+def _fit(
+    targets: Targets,
+    guess: Carriers,
+    kind: str,
+    size: Array,
+    powers: tuple[float, ...],
+    steps: int,
+) -> Carriers:
     centre = guess.origin
     carriers = Carriers(np.zeros_like(centre), guess.frame, guess.k * size, guess.g * size)
     scaled = targets.scaled(centre, size)
     for power in powers:
-        carriers = _descend(scaled, carriers, _FREE[kind], power, steps)
+        # Norms on the way need no more than to lead to the last.
+        gain = (0.0 if power == 2.0 else 1e-5) if power == powers[-1] else 1e-2
+        carriers = _descend(scaled, carriers, _FREE[kind], power, steps, gain)
     origin = centre + carriers.origin * size[:, None]
     return Carriers(origin, carriers.frame, carriers.k / size, carriers.g / size)
 
 
 def _descend(
-    targets: Targets, carriers: Carriers, free: Array, power: float, steps: int
+    targets: Targets, carriers: Carriers, free: Array, power: float, steps: int, enough: float
 ) -> Carriers:
-    """Levenberg-Marquardt on the sum of |r|^power, every panel with its own damping."""
+    """Levenberg-Marquardt on the sum of |r|^power, every panel with its own damping.
+
+    A panel is done when a step gains no more than the share `enough` of its sum.
+    """
     count = len(carriers)
     damping = np.full(count, 1e-3)
     best = carriers
@@ -171,7 +200,7 @@ def _descend(
         new_value = _objective(new_r, unit[active], power)
         better = new_value <= value[active]
         gain = value[active] - new_value
-        done = (better & (gain <= 1e-7 * value[active])) & (power > 2.0)
+        done = better & (gain <= enough * value[active]) & (enough > 0.0)
         done |= np.abs(step).max(axis=1) < 1e-15
         done |= damping[active] > 1e8
         chosen = active[better]
@@ -193,7 +222,7 @@ def _step(r: Array, jac: Array, unit: Array, free: Array, power: float, damping:
     """Damped Gauss-Newton step; the p-norm's Hessian is (p - 1) times the weighted one."""
     weight = np.abs(r) ** (power - 2.0) if power > 2.0 else np.ones_like(r)
     jac = jac * free / unit[:, None, None]
-    scale = np.sqrt((jac * jac * weight[..., None]).sum(axis=1))
+    scale = np.sqrt(np.einsum("psi,psi,ps->pi", jac, jac, weight))
     # A step that changes nothing (the turning rate of a plane's rulings) stays where it is.
     scale = np.maximum(scale, 1e-10 * scale.max(axis=1, keepdims=True) + 1e-290)
     jac = jac / scale[:, None]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
@@ -83,31 +84,47 @@ def solve(
 
 
 def _conflicts(pairs: Pairs, count: int) -> csr_array:
-    """Rows of the conflict constraints over the candidates."""
+    """Rows of the conflict constraints over the candidates.
+
+    Sets are told apart by the sum of random 64-bit numbers, one a candidate.
+    """
     bad = ~pairs.holds
     if not bad.any():
         return csr_array((0, count))
     joint, first, second = pairs.joint[bad], pairs.first[bad], pairs.second[bad]
-    rows: list[IntArray] = []
-    order = np.argsort(joint, kind="stable")
-    joint, first, second = joint[order], first[order], second[order]
-    starts = np.flatnonzero(np.diff(joint, prepend=-1))
-    for a, b in zip(starts, np.append(starts[1:], len(joint)), strict=True):
-        rows += _cliques(first[a:b], second[a:b])
-        rows += _cliques(second[a:b], first[a:b])
-    unique = list({row.tobytes(): row for row in rows}.values())
-    index = np.repeat(np.arange(len(unique)), [len(row) for row in unique])
-    column = np.concatenate(unique)
-    return csr_array((np.ones(len(column)), (index, column)), shape=(len(unique), count))
+    names = np.random.default_rng(0).integers(1, 2**63, count, dtype=np.uint64)
+    rows, columns, before = [], [], 0
+    for these, those in ((first, second), (second, first)):
+        row, column, number = _cliques(joint, these, those, names)
+        rows.append(row + before)
+        columns.append(column)
+        before += number
+    row, column = np.concatenate(rows), np.concatenate(columns)
+    name = np.zeros(before, dtype=np.uint64)
+    np.add.at(name, row, names[column])
+    _, kept = np.unique(name, return_index=True)
+    rank = np.full(before, -1, dtype=np.int64)
+    rank[kept] = np.arange(len(kept))
+    use = rank[row] >= 0
+    at = (rank[row[use]], column[use])
+    return csr_array((np.ones(use.sum()), at), shape=(len(kept), count))
 
 
-def _cliques(these: IntArray, those: IntArray) -> list[IntArray]:
-    """Candidates of one panel grouped by the candidates they exclude, with those excluded."""
-    one, row = np.unique(these, return_inverse=True)
-    other, column = np.unique(those, return_inverse=True)
-    excludes = np.zeros((len(one), len(other)), dtype=bool)
-    excludes[row, column] = True
-    groups: dict[bytes, list[int]] = {}
-    for r, key in enumerate(map(bytes, excludes)):
-        groups.setdefault(key, []).append(r)
-    return [np.sort(np.concatenate([one[r], other[excludes[r[0]]]])) for r in groups.values()]
+def _cliques(
+    joint: IntArray, these: IntArray, those: IntArray, names: NDArray[np.uint64]
+) -> tuple[IntArray, IntArray, int]:
+    """Candidates of one panel grouped by the candidates they exclude, with those excluded.
+
+    Entries as row and column, and the number of rows.
+    """
+    order = np.lexsort((these, joint))
+    joint, these, those = joint[order], these[order], those[order]
+    new = (np.diff(joint, prepend=-1) != 0) | (np.diff(these, prepend=-1) != 0)
+    starts = np.flatnonzero(new)
+    slot = np.cumsum(new) - 1
+    key = np.empty(len(starts), dtype=[("joint", np.int64), ("name", np.uint64)])
+    key["joint"], key["name"] = joint[starts], np.add.reduceat(names[those], starts)
+    _, leader, group = np.unique(key, return_index=True, return_inverse=True)
+    shown = leader[group[slot]] == slot  # the pairs of one candidate stand for the group's
+    row = np.concatenate([group, group[slot[shown]]])
+    return row, np.concatenate([these[starts], those[shown]]), len(leader)

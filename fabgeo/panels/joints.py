@@ -23,7 +23,6 @@ from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
 from fabgeo.errors import InputError
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.samples import PanelInput, Side
-from fabgeo.strips.ruled import RuledPatch
 
 _OPPOSITE: dict[str, Side] = {"first": "second", "second": "first", "start": "end", "end": "start"}
 _SAMPLES = 9
@@ -72,7 +71,8 @@ def joints_of(panels: Sequence[PanelInput]) -> Joints:
     index = {panel.mark: i for i, panel in enumerate(panels)}
     if len(index) != len(panels):
         raise InputError("panels", "two panels have the same mark")
-    found: dict[tuple[int, int, str], tuple[Side, Side, Array, Array, Array]] = {}
+    found: dict[tuple[int, int, str], tuple[_Boundary, _Boundary]] = {}
+    samples: dict[tuple[int, float, float], tuple[Array, Array]] = {}
     for i, panel in enumerate(panels):
         for side in panel.neighbours:
             for mark in panel.beyond(side):
@@ -84,53 +84,69 @@ def joints_of(panels: Sequence[PanelInput]) -> Joints:
                 low = i < j or (i == j and side in ("second", "end"))
                 key = (i, j, side) if low else (j, i, _OPPOSITE[side])
                 if key not in found:
-                    found[key] = _joint(panels[key[0]], panels[key[1]], key[2])
-    values = list(found.values())
-    none = np.zeros((0, _SAMPLES, 3))
-    return Joints(
-        np.array([k[:2] for k in found], dtype=np.int64).reshape(-1, 2),
-        tuple((v[0], v[1]) for v in values),
-        np.array([v[2] for v in values]) if values else none,
-        np.stack([[v[3] for v in values], [v[4] for v in values]])
-        if values
-        else np.stack([none, none]),
-        np.array([v[0] in ("start", "end") for v in values], dtype=bool),
+                    found[key] = _joint(panels, samples, *key)
+    if not found:
+        none = np.zeros((0, _SAMPLES, 3))
+        no = np.zeros(0, dtype=bool)
+        return Joints(np.zeros((0, 2), dtype=np.int64), (), none, np.stack([none, none]), no)
+    (points, normals), (_, others) = (
+        _evaluated([pair[side] for pair in found.values()]) for side in (0, 1)
     )
+    sides: list[tuple[Side, Side]] = [(_OPPOSITE[_OPPOSITE[k[2]]], _OPPOSITE[k[2]]) for k in found]
+    ends = np.array([k[2] in ("start", "end") for k in found])
+    pairs = np.array([k[:2] for k in found], dtype=np.int64)
+    return Joints(pairs, tuple(sides), points, np.stack([normals, others]), ends)
 
 
-def _joint(one: PanelInput, other: PanelInput, side: str) -> tuple[Side, Side, Array, Array, Array]:
-    across = _OPPOSITE[side]
+type _Boundary = tuple[Array, Array, Array]  # points, speeds, rulings
+
+
+def _evaluated(boundaries: Sequence[_Boundary]) -> tuple[Array, Array]:
+    """Points and unit normals (j, s, 3)."""
+    points, speeds = (np.array([b[k] for b in boundaries]) for k in (0, 1))
+    rulings = np.array([np.broadcast_to(b[2], b[0].shape) for b in boundaries])
+    return points, unit(np.cross(speeds, rulings))
+
+
+def _joint(
+    panels: Sequence[PanelInput],
+    samples: dict[tuple[int, float, float], tuple[Array, Array]],
+    i: int,
+    j: int,
+    side: str,
+) -> tuple[_Boundary, _Boundary]:
+    """What the boundary of both panels is worked out from, evaluated once a panel."""
+    one, other = panels[i].patch, panels[j].patch
     if side in ("start", "end"):
-        points, normal = _end(one.patch, side)
-        there, normal_there = _end(other.patch, across)
+        spans = ((one.u0, one.u1), (other.u0, other.u1))
     else:
-        u0, u1 = max(one.patch.u0, other.patch.u0), min(one.patch.u1, other.patch.u1)
-        u = np.linspace(u0, u1, _SAMPLES)
-        points, normal = _edge(one.patch, side, u)
-        there, normal_there = _edge(other.patch, across, u)
-    off = float(np.linalg.norm(points - there, axis=-1).max())
-    size = float(np.linalg.norm(points[-1] - points[0]))
+        spans = ((max(one.u0, other.u0), min(one.u1, other.u1)),) * 2
+    out: list[_Boundary] = []
+    for p, span, at in ((i, spans[0], side), (j, spans[1], _OPPOSITE[side])):
+        key = (p, *span)
+        if key not in samples:
+            u = np.linspace(*span, _SAMPLES)
+            samples[key] = (panels[p].patch.edges(u), panels[p].patch.edges(u, 1))
+        edges, speeds = samples[key]
+        if at in ("start", "end"):
+            row = 0 if at == "start" else -1
+            v = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+            (a, b), (da, db) = edges[:, row], speeds[:, row]
+            out.append((a + v * (b - a), da + v * (db - da), (b - a)[None]))
+        else:
+            row = 0 if at == "first" else 1
+            out.append((edges[row], speeds[row], edges[1] - edges[0]))
+    here, there = out[0][0], out[1][0]
+    off = float(np.abs(here - there).max())
+    size = float(np.abs(here[-1] - here[0]).max())
     if off > 1e-3 * max(size, 1.0):
         raise InputError(
-            f"panel {one.mark}",
-            f"its side '{side}' lies {off:.3g} mm from side '{across}' of its neighbour "
-            f"{other.mark}",
+            f"panel {panels[i].mark}",
+            f"its side '{side}' lies {off:.3g} mm from side '{_OPPOSITE[side]}' of its "
+            f"neighbour {panels[j].mark}",
             "name as neighbours only panels that share this boundary",
         )
-    return _OPPOSITE[across], across, points, normal, normal_there
-
-
-def _end(patch: RuledPatch, side: str) -> tuple[Array, Array]:
-    u = np.full(_SAMPLES, patch.u0 if side == "start" else patch.u1)
-    v = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-    (a, b), (da, db) = patch.edges(u), patch.edges(u, 1)
-    return a + v * (b - a), unit(np.cross(da + v * (db - da), b - a))
-
-
-def _edge(patch: RuledPatch, side: str, u: Array) -> tuple[Array, Array]:
-    row = 0 if side == "first" else 1
-    points, speed = patch.edges(u), patch.edges(u, 1)
-    return points[row], unit(np.cross(speed[row], points[1] - points[0]))
+    return out[0], out[1]
 
 
 def rotation(first: Array, second: Array) -> Array:
@@ -159,7 +175,6 @@ def made_boundary(
     points: Array,
     normals: Array,
     ends: BoolArray,
-    skew: Array,
 ) -> tuple[Array, Array]:
     """Points and unit normals (c, s, 3) of made panels at fitted joints, one carrier a joint.
 
@@ -168,9 +183,7 @@ def made_boundary(
     """
     feet, normal = carriers.project(points), carriers.normal(points)
     turn, reach = carriers.coordinates(points[:, [0, -1]])
-    mean = turn.mean(axis=1, keepdims=True)
-    turn = mean + skew[:, None] * (turn - mean)
-    corner = carriers.at(turn, reach)
+    corner = carriers.at(np.broadcast_to(turn.mean(axis=1, keepdims=True), reach.shape), reach)
     v = np.linspace(0.0, 1.0, points.shape[1])[:, None]
     line = corner[:, :1] + v * (corner[:, 1:] - corner[:, :1])
     swung = (ends & replaced & (carriers.k != 0.0))[:, None, None]

@@ -25,19 +25,15 @@ class Tolerances:
         Distance between two made panels along their joint.
     flange_mm : float or None
         Change of the distance between panel and beam flange; None: as the deviation.
-    form_mm : float
-        Distance of a made panel from its exact plane, cylinder or cone: what its ends may leave
-        the shape's rulings by in order to run along the joints (see `fabgeo.panels.made`).
     """
 
     deviation_mm: float = 1.0
     kink_deg: float = 1.0
     gap_mm: float = 2.0
     flange_mm: float | None = None
-    form_mm: float = 0.01
 
     def __post_init__(self) -> None:
-        for name in ("deviation_mm", "kink_deg", "gap_mm", "flange_mm", "form_mm"):
+        for name in ("deviation_mm", "kink_deg", "gap_mm", "flange_mm"):
             value = getattr(self, name)
             if value is not None and not value > 0.0:
                 raise InputError(f"tolerances.{name}", f"expected > 0, found {value}")

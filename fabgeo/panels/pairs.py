@@ -53,7 +53,6 @@ def pairs_of(
             joints.points[j],
             joints.normals[side, j],
             joints.ends[j],
-            pool.skew[c],
         )
         slots.append((made, where))
     own = joints.own

@@ -37,9 +37,6 @@ class Pool:
     deviation, bound, flange : (c,) arrays
         Largest distance found between fitted and made panel, its bound, and the largest change of
         the distance between panel and beam flange (at the edges), mm.
-    skew : (c,) array
-        How far the made panel's ruling lines follow the fitted ones rather than the shape's, 0 to
-        1: see `fabgeo.panels.made`.
     """
 
     panel: IntArray
@@ -48,7 +45,6 @@ class Pool:
     deviation: Array
     bound: Array
     flange: Array
-    skew: Array
 
     def __len__(self) -> int:
         return len(self.panel)
@@ -61,7 +57,6 @@ class Pool:
             self.deviation[index],
             self.bound[index],
             self.flange[index],
-            self.skew[index],
         )
 
     @property
@@ -78,7 +73,6 @@ class Pool:
             np.concatenate([self.deviation, other.deviation]),
             np.concatenate([self.bound, other.bound]),
             np.concatenate([self.flange, other.flange]),
-            np.concatenate([self.skew, other.skew]),
         )
 
 
@@ -87,7 +81,7 @@ def as_fitted(guess: Carriers) -> Pool:
     count = len(guess)
     zero = np.zeros(count)
     kind = np.full(count, _DEVELOPABLE, dtype=np.int64)
-    return Pool(np.arange(count), kind, guess, zero, zero, zero, zero)
+    return Pool(np.arange(count), kind, guess, zero, zero, zero)
 
 
 def pair_limits(
@@ -110,7 +104,6 @@ def pair_limits(
                     joints.points[j],
                     joints.normals[side, j],
                     joints.ends[j],
-                    pool.skew[candidate],
                 )
             )
         gap[part], kink[part] = compare(sides[0], sides[1], own[j])

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 from panel_patches import exact_patch
 
+from fabgeo.errors import GeometryError
 from fabgeo.panels.candidates import own_candidates
+from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.classify import bend_lines, classify
 from fabgeo.panels.fit_shape import best_fit
 from fabgeo.panels.limits import Tolerances
-from fabgeo.panels.made import as_made
+from fabgeo.panels.made import as_made, follows
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.samples import PanelInput, sample
 from fabgeo.panels.shapes import Cone, Cylinder, shape_of
+from fabgeo.panels.unfold import unfold
 from fabgeo.strips.ruled import RuledPatch
 
 OPENINGS = np.radians([1.0, 5.0, 30.0, 90.0, 170.0])
@@ -144,17 +147,31 @@ def test_made_panel_lies_on_its_shape(kind: str) -> None:
     rng = np.random.default_rng(8)
     patch = exact_patch(kind, rng, 0.5, noise=0.5, spans=12)
     shape = shape_of(best_fit(sample([patch]), kind), 0, kind)
-    for skew in (0.0, None):
-        made = as_made(patch, shape, skew)
-        u, v = np.meshgrid(made.parameters(7), np.linspace(0.0, 1.0, 7))
-        off = np.abs(shape.distance(made.points(u.ravel(), v.ravel()))).max()
-        assert off < (1e-4 if skew == 0.0 else 0.0101)
-        assert (
-            np.abs(
-                made.edges(made.parameters(7))
-                - shape.project(made.edges(made.parameters(7)).reshape(-1, 3)).reshape(2, -1, 3)
-            ).max()
-            < 1e-4
+    made = as_made(patch, shape)
+    u, v = np.meshgrid(made.parameters(7), np.linspace(0.0, 1.0, 7))
+    assert np.abs(shape.distance(made.points(u.ravel(), v.ravel()))).max() < 1e-4
+    # Its lines are the shape's rulings, so it unrolls as the shape does.
+    first, second = (shape.ruling(edge) for edge in made.edges(made.parameters(7)))
+    assert np.abs(first - second).max() < 1e-6
+    certificate = unfold(made, "P", "steel", 3.0).certificate
+    assert certificate["refold_error_mm"] < 1e-3
+    assert certificate["twist_max_deg"] < 1e-4
+
+
+def test_shapes_whose_rulings_run_across_the_panel_are_refused() -> None:
+    """A cylinder turned by a right angle, and a cone whose apex lies within the panel."""
+    rng = np.random.default_rng(12)
+    samples = sample([exact_patch("cone", rng, 0.5)])
+    good = best_fit(samples, "cone")
+    a, m, n = good.frame[0]
+    turned = Carriers(good.origin, np.stack([m, -a, n])[None], good.k, 0.0 * good.g)
+    near = Carriers(good.origin, good.frame, good.k, np.full(1, 1.0 / 300.0))
+    assert follows(samples, good)[0]
+    assert not follows(samples, turned)[0]
+    assert not follows(samples, near)[0]
+    with pytest.raises(GeometryError, match="rulings do not follow"):
+        as_made(
+            exact_patch("cone", np.random.default_rng(12), 0.5), shape_of(turned, 0, "cylinder")
         )
 
 
