@@ -8,8 +8,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import complaints_of, fixings_of
 from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
 from fabgeo.build.folder import open_folder
@@ -19,7 +21,9 @@ from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.solids import solids_of
 from fabgeo.build.surface import surface_of
+from fabgeo.fitting.starts import Start
 from fabgeo.project import Project, read_project
+from fabgeo.strips.model import Patch, StripModel
 
 __all__ = ["Design", "Package", "build_package", "design"]
 
@@ -28,9 +32,9 @@ def design(
     project: Project | Path | str,
     *,
     base: Path | None = None,
-    jobs: int = 1,
     listener: Listener | None = None,
     clock: Clock | None = None,
+    cache: Cache | None = None,
 ) -> Design:
     """All geometry of a project, nothing written.
 
@@ -41,10 +45,10 @@ def design(
     base : Path, optional
         Folder that the project's paths are relative to; by default the project file's own, or
         the current one.
-    jobs : int
-        Processes for work that is independent per part.
     listener : callable, optional
         Hears a `fabgeo.build.progress.Progress` at every step.
+    cache : Cache, optional
+        What earlier builds left.
 
     Raises
     ------
@@ -55,17 +59,23 @@ def design(
         base = base or Path(project).parent
         project = read_project(project)
     base = base or Path()
-    clock = clock or Clock(listener)
+    clock, cache = clock or Clock(listener), cache or Cache()
     with clock.stage("surface"):
         surface = surface_of(project, base)
     with clock.stage("start"):
         initial = start_of(project, surface, base)
     with clock.stage("fit"):
-        fitted = fit_of(project, initial, clock)
+        fitted = cache.once(
+            "fit", _fitted_to(project, initial, base), partial(fit_of, project, initial, clock)
+        )
         model = outwards(fitted.model)
     with clock.stage("panels"):
         patches = patches_of(project, model)
-        panels, choices = panels_of(project, model, patches)
+        panels, choices = cache.once(
+            "panels",
+            _panelled(project, model, patches),
+            partial(panels_of, project, model, patches),
+        )
         layers = layers_of(project, model, patches)
     made = Design(project, surface, initial, fitted, model, patches, panels, choices, layers)
     if project.cells or project.beams:
@@ -90,7 +100,7 @@ def build_package(
     out: Path | str,
     *,
     base: Path | None = None,
-    jobs: int = 1,
+    jobs: int | None = None,
     fresh: bool = False,
     listener: Listener | None = None,
 ) -> Package:
@@ -98,8 +108,12 @@ def build_package(
 
     Parameters
     ----------
-    project, base, jobs, listener
+    project, base, listener
         As in `design`.
+    jobs : int, optional
+        Processes for work that is independent per part; by default what joblib's
+        `parallel_config` around the call says, else this process alone. A crash of the CAD
+        kernel on one part is isolated where the work is done by other processes.
     out : path
         The output folder; a package there is replaced once the new one is complete.
     fresh : bool
@@ -115,14 +129,34 @@ def build_package(
         For bad input; nothing is written then.
     """
     clock = Clock(listener)
-    made = design(project, base=base, jobs=jobs, clock=clock)
-    with clock.stage("unfold", len(made.plates)):
-        flats = flats_of(made.project, made.plates, jobs, clock)
-        refuse_oversize(made.project, made.plates, flats)
     with open_folder(out) as folder:
+        cache = Cache(folder.cache, fresh)
+        made = design(project, base=base, clock=clock, cache=cache)
+        with clock.stage("unfold", len(made.plates)):
+            flats = flats_of(made.project, made.plates, jobs, clock, cache)
+            refuse_oversize(made.project, made.plates, flats)
         with clock.stage("nest"):
-            nests = nests_of(made.project, made.plates, flats, clock)
+            nests = nests_of(made.project, made.plates, flats, clock, cache)
         parts = (*made.plates, *made.cells)
         with clock.stage("solids", len(parts)):
-            built = solids_of(parts, jobs, clock)
-        return write_package(folder, made, flats, nests, built, clock, jobs)
+            built = solids_of(parts, jobs, clock, cache)
+        package = write_package(folder, made, flats, nests, built, clock, jobs)
+        cache.prune()
+        return package
+
+
+def _fitted_to(project: Project, initial: Start, base: Path) -> tuple[object, ...]:
+    """What a fit depends on: the surface's data, its start, and [strips]."""
+    asked = project.surface
+    data = b"" if asked.file is None else (base / asked.file).read_bytes()
+    return asked.model_dump(), data, project.strips.model_dump(), initial.model
+
+
+def _panelled(
+    project: Project, model: StripModel, patches: tuple[Patch, ...]
+) -> tuple[object, ...]:
+    """What panels depend on: the model's geometry, and the project but what comes after."""
+    later = {"name", "nesting", "stock", "cutting", "drawings", "connectors"}
+    before = {"surface", "strips"}
+    shape = (model.control, model.closed_u, model.closed_i, model.kind)
+    return project.model_dump(exclude=later | before), shape, patches

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
-from joblib import Parallel, delayed
-
+from fabgeo.build.cache import Cache
+from fabgeo.build.parallel import Work, results
+from fabgeo.build.plain import digest
 from fabgeo.build.progress import Clock
-from fabgeo.errors import InputError
+from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import unfold
 from fabgeo.project import Project
@@ -18,15 +21,31 @@ from fabgeo.structures.parts import Plate
 
 
 def flats_of(
-    project: Project, plates: Sequence[Plate], jobs: int = 1, clock: Clock | None = None
+    project: Project,
+    plates: Sequence[Plate],
+    jobs: int | None = None,
+    clock: Clock | None = None,
+    cache: Cache | None = None,
 ) -> dict[str, FlatPart]:
     """Flat parts by mark; plates lie with their outer side up."""
     clock = clock or Clock()
     grain = project.nesting.rotations if project.nesting else "steps"
     kind = {"grain": "along"}.get(grain, grain)
-    work = (delayed(_unfolded)(plate, kind) for plate in plates)
-    made = Parallel(n_jobs=jobs, return_as="generator")(work)
-    return {part.mark: part for part in clock.each(made) if part is not None}
+    work = Work(
+        "flat",
+        partial(_unfolded, grain=kind),
+        lambda plate: (plate.mark, plate.mid, plate.thickness, plate.holes, plate.shared, kind),
+        _crashed,
+    )
+    made = clock.each(results(work, plates, jobs, cache))
+    return {
+        plate.mark: replace(flat, material=plate.material)  # a shape keeps its flat part
+        for plate, flat in zip(plates, made, strict=True)
+    }
+
+
+def _crashed(plate: Plate, reason: str) -> FlatPart:
+    raise PartError(plate.mark, f"could not be unrolled: {reason}", "please report it")
 
 
 def _unfolded(plate: Plate, grain: str) -> FlatPart:
@@ -109,19 +128,29 @@ def _holds(room: tuple[float, float], part: tuple[float, float]) -> bool:
 
 
 def nests_of(
-    project: Project, plates: Sequence[Plate], flats: dict[str, FlatPart], clock: Clock
+    project: Project,
+    plates: Sequence[Plate],
+    flats: dict[str, FlatPart],
+    clock: Clock,
+    cache: Cache | None = None,
 ) -> list[Nest]:
     """All flat parts nested; [] where the project does not ask."""
     asked = project.nesting
     if asked is None:
         return []
-    return nest(
-        list(flats.values()),
-        stocks_of(project, plates),
-        spacing=asked.spacing,
-        margin=asked.margin,
-        seconds=asked.seconds,
-        seed=asked.seed,
-        steps=asked.steps,
-        listener=clock.tell,
+    stocks = stocks_of(project, plates)
+    inputs = (asked.model_dump(), stocks, [digest(part) for part in flats.values()])
+    return (cache or Cache()).once(
+        "nest",
+        inputs,
+        lambda: nest(
+            list(flats.values()),
+            stocks,
+            spacing=asked.spacing,
+            margin=asked.margin,
+            seconds=asked.seconds,
+            seed=asked.seed,
+            steps=asked.steps,
+            listener=clock.tell,
+        ),
     )

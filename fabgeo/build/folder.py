@@ -8,6 +8,7 @@ manifest
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
@@ -17,10 +18,16 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from fabgeo.errors import InputError
+from fabgeo.errors import FabgeoError, GeometryError, InputError
 
 MANIFEST = "manifest.json"
 WORK = ".fabgeo"  # the lock and what a later build can use again
+FULL = {
+    errno.ENOSPC: "the disk is full",
+    errno.EDQUOT: "the disk quota is used up",
+    errno.EFBIG: "a file grew beyond the limit set for it",
+    errno.EROFS: "the disk can only be read",
+}
 
 
 class Folder:
@@ -32,11 +39,14 @@ class Folder:
         The output folder.
     work : Path
         Its hidden folder of the lock, the cache and files not yet in place.
+    cache : Path
+        What a later build can use again (`fabgeo.build.cache`).
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.work = path / WORK
+        self.cache = self.work / "cache"
         self._staged = self.work / "staged"
 
     def place(self, name: str) -> Path:
@@ -116,6 +126,12 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
     ------
     InputError
         If the path is a file, cannot be written to, or another build is at work in it.
+    FabgeoError
+        If the disk is full. What was finished is kept, as it is after an interrupt.
+
+    Notes
+    -----
+    Where the input is bad, a folder that was not there before is not there afterwards.
     """
     path = Path(path)
     made = not path.exists()
@@ -137,14 +153,18 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
         shutil.rmtree(folder._staged, ignore_errors=True)
         try:
             yield folder
+        except (InputError, GeometryError):
+            if made and {p.name for p in path.iterdir()} == {WORK}:
+                shutil.rmtree(path)
+            raise
+        except OSError as error:
+            if error.errno not in FULL:
+                raise
+            problem = f"nothing could be written: {FULL[error.errno]}"
+            cure = "make room and build again: it goes on where it stopped"
+            raise FabgeoError(str(path), problem, cure) from error
         finally:
             shutil.rmtree(folder._staged, ignore_errors=True)
-            if made and {p.name for p in path.iterdir()} == {WORK} and _only_lock(folder.work):
-                shutil.rmtree(path)
-
-
-def _only_lock(work: Path) -> bool:
-    return {p.name for p in work.iterdir()} <= {"lock"}
 
 
 def _files_in(folder: Path) -> Iterator[Path]:

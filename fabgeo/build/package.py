@@ -128,12 +128,13 @@ def write_package(
     nests: list[Nest],
     built: Mapping[str, Built],
     clock: Clock,
-    jobs: int = 1,
+    jobs: int | None = None,
 ) -> Package:
     """Write all files beside, then move them into place."""
     project = design.project
     staged = folder.staged
-    save_model(staged / "strips.json", design.model, history=design.fit.history)
+    history = [{k: v for k, v in stage.items() if k != "seconds"} for stage in design.fit.history]
+    save_model(staged / "strips.json", design.model, history=history)
     with clock.stage("step"):
         _write_models(folder, design, built)
     if flats:
@@ -175,7 +176,7 @@ def _write_flats(
     project: Project,
     flats: Mapping[str, FlatPart],
     nests: list[Nest],
-    jobs: int,
+    jobs: int | None,
 ) -> None:
     asked = project.cutting
     style = DxfStyle(

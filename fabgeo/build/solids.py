@@ -3,53 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import Any
 
-from joblib import Parallel, delayed
-
+from fabgeo.build.built import Built
+from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import nodes_of
 from fabgeo.build.geometry import Design
+from fabgeo.build.parallel import Work, results
 from fabgeo.build.progress import Clock
 from fabgeo.cad import kernel
 from fabgeo.cad.assembly import CLASS_COLOURS, FAMILY_COLOURS, Node
-from fabgeo.cad.measure import SolidReport, check_solid
+from fabgeo.cad.measure import check_solid
 from fabgeo.cad.plates import plate_solid
 from fabgeo.cad.solids import prism_solid
 from fabgeo.errors import FabgeoError
 from fabgeo.structures.parts import Cell, Plate
 from fabgeo.structures.prisms import plate_prism, prism_properties
 
+__all__ = ["Built", "solids_of", "tree_of"]
+
 type Part = Plate | Cell
 
 
-@dataclass(frozen=True)
-class Built:
-    """One solid as measured, or why there is none.
-
-    Attributes
-    ----------
-    mark : str
-    data : bytes
-        The shape as the kernel's bytes; empty if it failed.
-    report : SolidReport or None
-    volume_error : float or None
-        Relative difference of the solid's volume and the integral by formula (without holes).
-    failure : str
-    """
-
-    mark: str
-    data: bytes = b""
-    report: SolidReport | None = None
-    volume_error: float | None = None
-    failure: str = ""
-
-
-def solids_of(parts: Sequence[Part], jobs: int = 1, clock: Clock | None = None) -> dict[str, Built]:
+def solids_of(
+    parts: Sequence[Part],
+    jobs: int | None = None,
+    clock: Clock | None = None,
+    cache: Cache | None = None,
+) -> dict[str, Built]:
     """Solids of plates and cells by mark, each checked; a part that fails is reported."""
     clock = clock or Clock()
-    work = (delayed(_built)(part) for part in parts)
-    made = Parallel(n_jobs=jobs, return_as="generator", batch_size=16)(work)
-    return {built.mark: built for built in clock.each(made) if built is not None}
+    work = Work("solid", _built, _shape_of, _crashed)
+    return {built.mark: built for built in clock.each(results(work, parts, jobs, cache))}
+
+
+def _shape_of(part: Part) -> Any:
+    """What a solid depends on; not what it is made of."""
+    if isinstance(part, Cell):
+        return part.mark, part.prism
+    return part.mark, part.mid, part.thickness, part.holes
+
+
+def _crashed(part: Part, reason: str) -> Built:
+    return Built(part.mark, failure=f"{part.mark}: no solid: {reason}")
 
 
 def _built(part: Part) -> Built:

@@ -116,7 +116,10 @@ def write_nests(
 
 
 def write_parts(
-    parts: Sequence[FlatPart], folder: Path, style: DxfStyle | None = None, jobs: int = 1
+    parts: Sequence[FlatPart],
+    folder: Path,
+    style: DxfStyle | None = None,
+    jobs: int | None = None,
 ) -> dict[str, Drawn]:
     """Write ``<mark>.dxf`` of all parts, `jobs` at a time; returns what sheets can reuse."""
     from joblib import Parallel, delayed

@@ -1,0 +1,104 @@
+"""Work that is independent per part: through joblib, found in the cache, crashes isolated.
+
+The user picks the backend: ``jobs`` processes on this machine, or joblib's own `parallel_config`
+(``loky``, ``dask``) around the call.
+
+Glossary
+--------
+crash
+    The death of a worker process, by the kernel's fault on one part or from outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from joblib import Parallel, delayed
+
+from fabgeo.build.cache import Cache
+
+BATCH = 8  # parts that are sent to a worker together
+ATTEMPTS = 2  # of one part alone, before it is the part's own fault
+CRASHED = "the process that worked on it died, again when it was alone"
+
+
+@dataclass(frozen=True)
+class Work[P, R]:
+    """One kind of work on parts.
+
+    Attributes
+    ----------
+    kind : str
+        Name of its entries in the cache.
+    function : callable
+        From a part to its result, in another process; its errors end the build.
+    depends : callable
+        The plain data of a part that its result depends on.
+    crashed : callable
+        Part and reason to the result of a part that kills its process.
+    """
+
+    kind: str
+    function: Callable[[P], R]
+    depends: Callable[[P], Any]
+    crashed: Callable[[P, str], R]
+
+
+def results[P, R](
+    work: Work[P, R], parts: Sequence[P], jobs: int | None = None, cache: Cache | None = None
+) -> Iterator[R]:
+    """Results of all parts, in their order; each is kept as soon as it is there."""
+    store = cache or Cache()
+    keys = [store.key(work.kind, work.depends(part)) for part in parts]
+    found = [store.get(work.kind, key) for key in keys]
+    missing = [k for k, value in enumerate(found) if value is None]
+    made = _survived(work, [parts[k] for k in missing], jobs)
+    for value, key in zip(found, keys, strict=True):
+        if value is not None:
+            yield value
+            continue
+        result, own = next(made)
+        if own:
+            store.put(work.kind, key, result)
+        yield result
+
+
+def _survived[P, R](
+    work: Work[P, R], parts: Sequence[P], jobs: int | None, attempt: int = 1
+) -> Iterator[tuple[R, bool]]:
+    """Results in order, and whether they are the part's own; halves parts around a crash."""
+    done = 0
+    try:
+        for result in _run(work.function, parts, jobs):
+            done += 1
+            yield result, True
+    except Exception as error:
+        if not is_crash(error):
+            raise
+    else:
+        return
+    rest = parts[done:]
+    if len(rest) > 1:
+        half = len(rest) // 2
+        yield from _survived(work, rest[:half], jobs)
+        yield from _survived(work, rest[half:], jobs)
+    elif attempt < ATTEMPTS:
+        yield from _survived(work, rest, jobs, attempt + 1)
+    else:
+        yield work.crashed(rest[0], CRASHED), False
+
+
+def _run[P, R](function: Callable[[P], R], parts: Sequence[P], jobs: int | None) -> Iterator[R]:
+    batch = max(1, min(BATCH, len(parts) // 4))
+    parallel = Parallel(n_jobs=jobs, return_as="generator", batch_size=batch)
+    for result in parallel(delayed(function)(part) for part in parts):
+        if result is not None:
+            yield result
+
+
+def is_crash(error: Exception) -> bool:
+    """Whether an error means that a worker died (of loky or of dask)."""
+    return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

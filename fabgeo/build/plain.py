@@ -1,0 +1,122 @@
+"""Nouns as plain bytes and back: JSON with arrays behind it. Reading runs no code of the data.
+
+Glossary
+--------
+noun
+    One of the frozen dataclasses of `NOUNS`; nothing else is ever made from stored bytes.
+blob
+    The raw bytes of an array, or bytes as such, behind the JSON text.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from fabgeo.build.built import Built
+from fabgeo.cad.measure import SolidReport
+from fabgeo.errors import InputError
+from fabgeo.fitting.fit import FitResult
+from fabgeo.panels.classify import PanelChoice
+from fabgeo.panels.flat import BendLine, FlatEdge, FlatHole, FlatPart
+from fabgeo.panels.forming import Forming
+from fabgeo.panels.shapes import Cone, Cylinder, Plane
+from fabgeo.sheets.stock import Nest, Placement, Sheet, Stock
+from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.ruled import RuledPatch
+from fabgeo.structures.parts import Beam, Cell, Connector, Hole, Plate, Prism
+
+_CLASSES = (
+    *(FitResult, StripModel, Patch, RuledPatch, PanelChoice, Forming, Plane, Cylinder, Cone),
+    *(Plate, Hole, Prism, Cell, Beam, Connector, FlatPart, FlatEdge, FlatHole, BendLine),
+    *(Stock, Placement, Sheet, Nest, Built, SolidReport),
+)
+NOUNS: dict[str, type[Any]] = {cls.__name__: cls for cls in _CLASSES}
+HEAD = 8  # bytes of the length of the JSON text
+
+
+def pack(value: Any) -> bytes:
+    """Bytes of nouns, arrays, bytes, numbers, texts, None, and tuples, lists, mappings of them.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    blobs = bytearray()
+    text = json.dumps(_plain(value, blobs), separators=(",", ":")).encode()
+    return b"".join([len(text).to_bytes(HEAD, "big"), text, blobs])
+
+
+def unpack(data: bytes) -> Any:
+    """The value of `pack`.
+
+    Raises
+    ------
+    InputError
+        If the bytes are damaged.
+    """
+    try:
+        begin = HEAD + int.from_bytes(data[:HEAD], "big")
+        return _noun(json.loads(data[HEAD:begin]), memoryview(data)[begin:])
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise InputError("stored data", f"is damaged: {error}") from error
+
+
+def digest(*values: Any) -> str:
+    """Hexadecimal sha256 over values as `pack` writes them."""
+    return sha256(pack(values)).hexdigest()
+
+
+def _plain(value: Any, blobs: bytearray) -> Any:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(value)
+        return {"@array": [_store(array.tobytes(), blobs), array.dtype.str, list(array.shape)]}
+    if isinstance(value, bytes):
+        return {"@bytes": _store(value, blobs)}
+    if isinstance(value, list):
+        return [_plain(item, blobs) for item in value]
+    if isinstance(value, tuple):
+        return {"@tuple": [_plain(item, blobs) for item in value]}
+    if isinstance(value, Mapping):
+        return {"@map": [[_plain(k, blobs), _plain(v, blobs)] for k, v in value.items()]}
+    if is_dataclass(value) and NOUNS.get(type(value).__name__) is type(value):
+        kept = {f.name: _plain(getattr(value, f.name), blobs) for f in fields(value) if f.init}
+        return {"@": type(value).__name__, **kept}
+    raise InputError(type(value).__name__, "is not stored: expected one of fabgeo's plain nouns")
+
+
+def _store(data: bytes, blobs: bytearray) -> list[int]:
+    begin = len(blobs)
+    blobs += data
+    return [begin, len(blobs)]
+
+
+def _noun(tree: Any, blobs: memoryview) -> Any:
+    if isinstance(tree, list):
+        return [_noun(item, blobs) for item in tree]
+    if not isinstance(tree, dict):
+        return tree
+    if "@array" in tree:
+        (begin, end), kind, shape = tree["@array"]
+        if np.dtype(kind).hasobject:
+            raise ValueError("arrays hold numbers only")
+        return np.frombuffer(blobs[begin:end], dtype=kind).reshape(shape)
+    if "@bytes" in tree:
+        begin, end = tree["@bytes"]
+        return bytes(blobs[begin:end])
+    if "@tuple" in tree:
+        return tuple(_noun(item, blobs) for item in tree["@tuple"])
+    if "@map" in tree:
+        return {_noun(key, blobs): _noun(item, blobs) for key, item in tree["@map"]}
+    given = {name: _noun(item, blobs) for name, item in tree.items() if name != "@"}
+    return NOUNS[tree["@"]](**given)
