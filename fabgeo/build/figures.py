@@ -8,25 +8,37 @@ figure
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fabgeo.arrays import Array, dot
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
+from fabgeo.cad.assembly import Node
+from fabgeo.cad.measure import check_solid
 from fabgeo.panels.flat import FlatPart
+from fabgeo.panels.unfold_certificate import hermite_length
 from fabgeo.project import Project
 from fabgeo.review.record import Limit
 from fabgeo.sheets.stock import Nest
 from fabgeo.strips.measures import Measures, measure
+from fabgeo.strips.offset import Offset, offset
+from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate
 from fabgeo.structures.prisms import ruled_normals
+
+if TYPE_CHECKING:
+    from OCP.TopoDS import TopoDS_Shape
 
 type Figures = dict[str, dict[str, float | None]]
 
 CERTIFIED = ("edge_length_error_mm", "area_error_rel", "refold_error_mm")
+SIDES = ("first", "second", "start", "end")
+FACING = {"first": "second", "second": "first", "start": "end", "end": "start"}
+
+_NODES, _WEIGHTS = (np.asarray(x) for x in np.polynomial.legendre.leggauss(8))
 
 
 def model_figures(design: Design) -> tuple[dict[str, float | None], Measures]:
@@ -42,11 +54,20 @@ def model_figures(design: Design) -> tuple[dict[str, float | None], Measures]:
             found.conicality.value if design.model.kind == "conical" and found.conicality else None
         ),
     }
-    if design.pair is not None:
-        errors = design.pair.errors
+    pair = offset_pair(design)
+    if pair is not None:
+        errors = pair.errors
         known = [e for e in (errors.ruling, errors.plane, errors.vertex) if np.isfinite(e)]
         out["offset_distance_error_mm"] = max(known)
     return out, found
+
+
+def offset_pair(design: Design) -> Offset | None:
+    """The offset pair of the cells; without cells, of the depth that the beams reach down to."""
+    beams = design.project.beams
+    if design.pair is not None or beams is None or not design.beams:
+        return design.pair
+    return offset(design.model, -(beams.standoff + beams.depth))
 
 
 def panel_deviations(design: Design) -> tuple[Array, Array]:
@@ -121,16 +142,22 @@ def summary_of(
     flats: Mapping[str, FlatPart],
     built: Mapping[str, Built],
     nests: list[Nest],
+    products: Mapping[str, Node],
 ) -> dict[str, float | None]:
     """The package's figures: the worst over all parts (handover.md)."""
     out: dict[str, float | None] = dict(model)
-    for key in ("gap_max_mm", "volume_error_rel", *CERTIFIED):
-        values = [v for f in parts.values() if (v := f.get(key)) is not None]
+    for key in ("twist_max_deg", "gap_max_mm", "volume_error_rel", *CERTIFIED):
+        values = [v for f in (model, *parts.values()) if (v := f.get(key)) is not None]
         out[key] = max(values) if values else None
     out["kink_added_deg"] = max((c.kink_added_deg for c in design.choices.values()), default=None)
     out["shared_edge_error_mm"] = shared_edge_error(design, flats)
-    out["solids"] = sum(1 for b in built.values() if b.data)
-    out["invalid_solids"] = sum(1 for b in built.values() if not (b.report and b.report.sound))
+    of_product = {key: list(_shapes(node)) for key, node in products.items()}
+    unsound = sum(not check_solid(shape).sound for own in of_product.values() for shape in own)
+    placed = sum(len(of_product[connector.product]) for connector in design.connectors)
+    out["solids"] = placed + sum(1 for b in built.values() if b.data)
+    out["invalid_solids"] = unsound + sum(
+        1 for b in built.values() if not (b.report and b.report.sound)
+    )
     if nests:
         area = sum(s.stock.length * s.stock.width for n in nests for s in n.sheets)
         used = sum(flats[p.mark].area for n in nests for s in n.sheets for p in s.placements)
@@ -139,26 +166,48 @@ def summary_of(
     return out
 
 
-def shared_edge_error(design: Design, flats: Mapping[str, FlatPart]) -> float | None:
-    """Largest difference between the lengths of an edge on both flat parts that share it, in mm.
+def _shapes(node: Node) -> Iterator[TopoDS_Shape]:
+    """The solids of one product, each as often as it is placed in it."""
+    product = node.instance_of or node
+    if product.shape is not None:
+        yield product.shape
+    for child in product.children:
+        yield from _shapes(child)
 
-    Panels with joints share no edge; the difference is then taken of their own edges against the
-    common edge less what the joint takes, so only joints of width 0 are compared here.
+
+def shared_edge_error(design: Design, flats: Mapping[str, FlatPart]) -> float | None:
+    """Largest difference between two neighbouring flat parts along the edge they share, in mm.
+
+    Neighbours as cut are not equally long there: a joint shortens the edge on the outside of a
+    bend, and each panel lies on the shape it is made as. What counts is that both parts are laid
+    flat alike: the difference of their flat lengths less the difference of the same two edges in
+    space. Without a joint, on developable panels, it is the plain difference of flat lengths.
     """
-    if design.project.panels is None or design.project.panels.joint > 0.0:
-        return None
-    pairs = {("first", "second"), ("start", "end")}
-    worst: float | None = None
+    mids = {plate.mark: plate.mid for plate in design.plates}
+    errors: dict[tuple[str, str], tuple[str, float]] = {}
     for part in flats.values():
+        space = dict(zip(SIDES, edge_lengths(mids[part.mark]), strict=True))
         for edge in part.outline:
-            other = flats.get(edge.shared)
-            if other is None:
-                continue
-            for back in other.outline:
-                named = (edge.name, back.name) in pairs or (back.name, edge.name) in pairs
-                if back.shared == part.mark and named:
-                    worst = max(worst or 0.0, abs(edge.length - back.length))
+            error = hermite_length(edge) - space[edge.name]
+            errors[part.mark, edge.name] = (edge.shared, error)
+    worst: float | None = None
+    for (mark, side), (shared, error) in errors.items():
+        neighbour, back = errors.get((shared, FACING[side]), ("", 0.0))
+        if neighbour == mark:
+            worst = max(worst or 0.0, abs(error - back))
     return worst
+
+
+def edge_lengths(mid: RuledPatch) -> tuple[float, float, float, float]:
+    """Lengths in mm of the edges first, second, start and end, by Gauss quadrature a knot span."""
+    spans = np.unique(mid.knots)
+    half = np.diff(spans)[:, None] / 2.0
+    u = (spans[:-1, None] + half * (_NODES + 1.0)).ravel()
+    speed = np.linalg.norm(mid.edges(u, 1), axis=-1)
+    first, second = speed @ (half * _WEIGHTS).ravel()
+    a, b = mid.edges(np.array([mid.u0, mid.u1]))
+    start, end = np.linalg.norm(b - a, axis=-1)
+    return float(first), float(second), float(start), float(end)
 
 
 def limits_of(project: Project) -> tuple[Limit, ...]:

@@ -47,6 +47,7 @@ def record_of(
     figures = part_figures(design, flats, built, deviations)
     places = places_of(nests)
     project = design.project
+    products = products_of(design)
     return ReviewRecord(
         name=project.name,
         unit=project.surface.unit or "mm",
@@ -54,7 +55,7 @@ def record_of(
         panels=tuple(panel_rows(design, flats, built, figures, places)),
         plates=tuple(plate_rows(design, flats, built, places)),
         beams=tuple(beam_rows(design, built)),
-        connectors=tuple(connector_rows(design)),
+        connectors=tuple(connector_rows(design, masses_of(products))),
         shown=tuple(_shown(design)),
         shown_connectors=tuple(
             ShownConnector(c.mark, c.product, c.frame[:3, 3], c.frame[:3, 2])
@@ -65,7 +66,7 @@ def record_of(
         setout=tuple(setout_of(design)),
         limits=limits_of(project),
         figures=figures,
-        summary=summary_of(design, model, figures, flats, built, nests),
+        summary=summary_of(design, model, figures, flats, built, nests, products),
         history=tuple(design.fit.history),
         seconds=seconds,
         deviation=deviation_map(design),
@@ -131,9 +132,8 @@ def _shown(design: Design) -> list[Shown]:
     return out
 
 
-def connector_rows(design: Design) -> list[dict[str, Any]]:
-    """One row a connector."""
-    masses = masses_of(products_of(design))
+def connector_rows(design: Design, masses: Mapping[str, float]) -> list[dict[str, Any]]:
+    """One row a connector; `masses` by product."""
     rows = []
     for connector in design.connectors:
         place, axis = connector.frame[:3, 3], connector.frame[:3, 2]

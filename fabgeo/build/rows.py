@@ -14,6 +14,7 @@ from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import smallest_rectangle
 from fabgeo.project import Project
+from fabgeo.sheets.biarc import dense
 from fabgeo.sheets.stock import Nest
 from fabgeo.structures.beams import plate_radii
 from fabgeo.structures.boxes import Box, oriented_box
@@ -48,8 +49,9 @@ def panel_rows(
     count: dict[str, int] = {}
     for connector in design.connectors:
         count[connector.panel] = count.get(connector.panel, 0) + 1
+    order = erection_order(design)
     rows = []
-    for number, (patch, plate) in enumerate(zip(design.patches, design.panels, strict=True), 1):
+    for patch, plate in zip(design.patches, design.panels, strict=True):
         choice, own = design.choices[plate.mark], figures[plate.mark]
         row: Row = {
             "mark": plate.mark,
@@ -60,7 +62,7 @@ def panel_rows(
             "radius_max_mm": finite(choice.radius_max_mm),
             "half_angle_deg": choice.half_angle_deg,
             "axis_or_apex": axis_text(choice.axis),
-            "fit_deviation_mm": choice.deviation_mm,
+            "fit_deviation_mm": choice.bound_mm,
             "surface_deviation_mm": own.get("surface_deviation_mm"),
             "kink_max_deg": choice.kink_own_deg,
             "kink_added_deg": choice.kink_added_deg,
@@ -70,7 +72,7 @@ def panel_rows(
             "twist_max_deg": own.get("twist_max_deg"),
             "forming": choice.forming,
             "connectors": count.get(plate.mark, 0) if design.connectors else None,
-            "erection_order": number,
+            "erection_order": order[plate.mark],
             "reason": choice.reason,
         }
         row |= _plate_row(design.project, plate, flats, built, places)
@@ -112,8 +114,9 @@ def plate_rows(
 
 def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
     """One row a beam segment."""
+    order = erection_order(design)
     rows = []
-    for number, beam in enumerate(design.beams, 1):
+    for beam in design.beams:
         mass, centre = _mass(design.project, beam, built)
         rows.append(
             {
@@ -127,7 +130,7 @@ def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
                 "cog_x_mm": centre[0],
                 "cog_y_mm": centre[1],
                 "cog_z_mm": centre[2],
-                "erection_order": number,
+                "erection_order": order[beam.mark],
                 **_box_row(
                     oriented_box(np.concatenate([_corners(p) for p in beam.plates])),
                     design.project,
@@ -135,6 +138,26 @@ def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
             }
         )
     return rows
+
+
+def erection_order(design: Design) -> dict[str, int]:
+    """Place in the erection sequence of every beam segment and panel, strip by strip.
+
+    Before a strip's panels come the beams of its two edges that do not stand yet, each from its
+    start to its end; a strip's panels follow along it.
+    """
+    waiting = sorted(design.beams, key=lambda beam: (beam.edge, beam.u0))
+    edges = design.model.edges
+    marks: list[str] = []
+    for strip in range(design.model.strips):
+        near = {strip % edges, (strip + 1) % edges}
+        marks += [beam.mark for beam in waiting if beam.edge in near]
+        waiting = [beam for beam in waiting if beam.edge not in near]
+        own = [patch for patch in design.patches if patch.strip == strip]
+        if design.panels:
+            marks += [f"P-{patch.tag}" for patch in sorted(own, key=lambda patch: patch.cell)]
+    marks += [beam.mark for beam in waiting]
+    return {mark: number for number, mark in enumerate(marks, 1)}
 
 
 def _plate_row(
@@ -151,7 +174,7 @@ def _plate_row(
     }
     flat = flats.get(plate.mark)
     if flat is not None:
-        points = np.concatenate([edge.points for edge in flat.outline])
+        points = np.concatenate([dense(edge)[0] for edge in flat.outline])
         _, row["length_mm"], row["width_mm"] = smallest_rectangle(points)
         row["area_m2"] = flat.area / SQUARE_METRE
     solid = built.get(plate.mark)

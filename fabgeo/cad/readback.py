@@ -121,6 +121,11 @@ class ReadPart:
     layers: tuple[str, ...]
     location: Array
 
+    @property
+    def definition(self) -> int:
+        """Equal for the instances of one product, wherever they are placed."""
+        return hash(self.shape.Located(TopLoc_Location()))
+
     @cached_property
     def report(self) -> SolidReport:
         """Validity, closedness, volume, tolerance, kinds of faces."""

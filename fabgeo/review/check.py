@@ -57,4 +57,11 @@ def check_package(folder: Path | str, progress: Callable[[str], None] | None = N
         begin = time.perf_counter()
         step(package, measured, findings)
         seconds[name] = time.perf_counter() - begin
-    return CheckReport(tuple(findings.items), dict(measured.figures), seconds)
+    counts = {
+        "panels": len(package.tables["panels"]),
+        "solids": sum(measured.names.values()),
+        "flat parts": len(measured.flats),
+        "sheets": len(package.sheet_files),
+        "files": len(package.manifest.get("files") or ()),
+    }
+    return CheckReport(tuple(findings.items), dict(measured.figures), seconds, counts)

@@ -137,6 +137,7 @@ def _against_solid(
     if found is None:
         findings.add(mark, "outline", "corners as on its solid", "others", name)
         return
+    measured.edge_errors[mark] = found.length_errors
     worst = float(np.abs(found.length_errors).max())
     measured.worst("edge_length_error_mm", worst)
     if worst > LENGTH + 2e-6 * float(plate.lengths.max()):

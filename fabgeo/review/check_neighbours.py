@@ -15,28 +15,33 @@ from fabgeo.review.package import WrittenPackage
 
 
 def check_neighbours(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
-    """Note joint_width_error_mm and edge_angle_max_deg over all pairs of facing edges.
+    """Note figures over all pairs of facing edges.
 
+    joint_width_error_mm and edge_angle_max_deg are measured between the solids;
+    shared_edge_error_mm is the difference of the flat lengths less that of the solids' edges.
     Edges face each other when their middles are less than three joints and 20 mm apart.
     """
     del findings
     panels = {row.get("mark", "") for row in package.tables["panels"]}
     edges = [
-        (mark, edge, plate.centre)
+        (mark, number, edge, plate.centre)
         for mark, plate in measured.plates.items()
         if mark in panels
-        for edge in plate.edges
+        for number, edge in enumerate(plate.edges)
     ]
     if len(edges) < 2:
         return
     from scipy.spatial import cKDTree
 
     joint = float(package.setting("panels", "joint", 0.0))
-    middles = np.array([edge[len(edge) // 2] for _, edge, _ in edges])
+    middles = np.array([edge[len(edge) // 2] for _, _, edge, _ in edges])
     for i, j in sorted(cKDTree(middles).query_pairs(3.0 * joint + 20.0)):
-        (one, a, centre_a), (two, b, centre_b) = edges[i], edges[j]
+        (one, k, a, centre_a), (two, m, b, centre_b) = edges[i], edges[j]
         if one == two:
             continue
+        if one in measured.edge_errors and two in measured.edge_errors:
+            error = measured.edge_errors[one][k] - measured.edge_errors[two][m]
+            measured.worst("shared_edge_error_mm", abs(float(error)))
         inner = a[8:-8:8]
         width = _distances(inner, b)
         measured.worst("joint_width_error_mm", float(np.abs(width - joint).max()))

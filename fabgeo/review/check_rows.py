@@ -14,8 +14,8 @@ from fabgeo.review.solid_plate import SolidPlate, rail_normals
 
 MASS = 5e-4  # relative
 CENTRE = 0.15  # mm, the columns carry one decimal
-RADIUS = 0.02  # relative, cylinders and cones
-RADIUS_DEVELOPABLE = 0.1  # relative: the extremes of a varying radius depend on the sampling
+RADIUS = 0.01  # relative
+TWIST = 0.003  # degrees
 FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
 
 
@@ -77,34 +77,47 @@ def _bent(
 ) -> None:
     """Radii, twist and class of the mid-surface."""
     first, second = rail_normals(*rails)
-    twist = np.degrees(np.arccos(np.clip(np.abs(np.sum(first * second, axis=1)), -1.0, 1.0)))
+    sine = np.linalg.norm(np.cross(first, second), axis=1)
+    twist = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
     if row.get("class"):
-        measured.worst("panel_twist_max_deg", float(twist[1:-1].max()))
-    radii = ruling_radii(rails, unit(first + second))[:, 1:-1]
+        measured.worst("panel_twist_max_deg", float(twist.max()))
+    stated = number(row, "twist_max_deg")
+    if stated is not None:
+        within = TWIST + 0.05 * stated
+        findings.near(mark, "twist_max_deg of its solid", float(twist.max()), stated, within)
+    radii = ruling_radii(rails)
     low, high = number(row, "radius_min_mm"), number(row, "radius_max_mm")
     kind = row.get("class", "developable")
-    within = RADIUS if kind in ("cylinder", "cone") else RADIUS_DEVELOPABLE
     if low is not None and 0.0 < low < FLAT_RADIUS and kind != "flat":
         findings.near(mark, "radius_min_mm of its solid", float(radii.min()), low,
-                      within * float(radii.min()))  # fmt: skip
+                      RADIUS * float(radii.min()))  # fmt: skip
     if high is not None and 0.0 < high < FLAT_RADIUS and kind in ("cylinder", "cone"):
         findings.near(mark, "radius_max_mm of its solid", float(radii.max()), high,
-                      within * float(radii.max()))  # fmt: skip
+                      RADIUS * float(radii.max()))  # fmt: skip
     if kind in ("flat", "cylinder", "cone"):
         _class(package, mark, kind, row, rails, unit(first + second), findings)
 
 
-def ruling_radii(rails: tuple[Array, Array], normals: Array) -> Array:
-    """Bending radii (2, n - 2) at both ends of the inner rulings: turn of normals over width."""
-    a, b = rails
-    e = unit(b - a)
-    turn = np.linalg.norm(normals[2:] - normals[:-2], axis=1)
-    radii = []
-    for rail in (a, b):
-        step = rail[2:] - rail[:-2]
-        width = np.linalg.norm(step - np.sum(step * e[1:-1], axis=1)[:, None] * e[1:-1], axis=1)
-        radii.append(width / np.maximum(turn, 1e-12))
-    return np.array(radii)
+def ruling_radii(rails: tuple[Array, Array]) -> Array:
+    """Bending radii (2, n) at both ends of every ruling: turn of the normal over the width.
+
+    The derivatives are those of cubic splines through the rails' samples, so that the first and
+    the last ruling, where a radius is often least, are measured as well.
+    """
+    from scipy.interpolate import CubicSpline
+
+    sites = np.arange(len(rails[0]), dtype=float)
+    a, b = (CubicSpline(sites, rail) for rail in rails)
+    chord, change = b(sites) - a(sites), b(sites, 1) - a(sites, 1)
+    middle, speed = 0.5 * (a(sites, 1) + b(sites, 1)), 0.5 * (a(sites, 2) + b(sites, 2))
+    across = np.cross(middle, chord)
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    m = across / size
+    rate = np.cross(speed, chord) + np.cross(middle, change)
+    turn = np.linalg.norm(rate - np.sum(rate * m, axis=1, keepdims=True) * m, axis=1) / size[:, 0]
+    side = unit(np.cross(chord, m))
+    widths = [np.abs(np.sum(rail(sites, 1) * side, axis=1)) for rail in (a, b)]
+    return np.array(widths) / np.maximum(turn, 1e-15)
 
 
 def _class(
@@ -134,7 +147,7 @@ def _class(
         along = np.sum(rulings * axis, axis=1)
         across = np.sqrt(np.maximum(np.sum(rulings**2, axis=1) - along**2, 0.0))
         # A chord across the axis sags from the cylinder by its half squared over 2 R.
-        away = float(((0.5 * across[1:-1]) ** 2 / (2.0 * ruling_radii(rails, normals))).max())
+        away = float(((0.5 * across) ** 2 / (2.0 * ruling_radii(rails))).max())
         allowed = float(package.setting("panels", "tolerance", 1.0))
         if away > allowed:
             findings.add(mark, "class", "cylinder", f"rulings sag by {away:.3f} mm")

@@ -29,18 +29,22 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
     except InputError as error:
         findings.add("model/facade.step", "STEP file", "readable", error.problem)
         return
-    measured.names = dict(Counter(part.name for part in parts))
-    products: dict[str, bool] = {}
+    fixings = {part.path[: k + 1] for part in parts if (k := _fixing(part)) is not None}
+    measured.names = dict(Counter(part.name for part in parts if _fixing(part) is None))
+    measured.names.update(Counter(path[-1] for path in fixings))
+    products: set[int] = set()
     bad = 0
     for part in parts:
-        shared = part.product != part.name and part.name.startswith("K-")
-        if shared and part.product in products:
-            continue
+        if _fixing(part) is not None:
+            # Equal fixings are one product: it is measured once.
+            if part.definition in products:
+                continue
+            products.add(part.definition)
         sound = _sound(part, measured, findings)
-        products[part.product] = sound
         bad += not sound
         if sound and part.name in package.cut_rows:
-            plate = solid_plate(part)
+            of_part = measured.volumes[part.name], measured.centres[part.name]
+            plate = solid_plate(part, *of_part)
             if plate is None:
                 findings.add(part.name, "solid", "a plate with two skins", "another shape")
             else:
@@ -50,6 +54,11 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
     measured.figures["solids"] = float(len(parts))
     measured.figures["invalid_solids"] = float(bad)
     _names(package, measured, findings)
+
+
+def _fixing(part: ReadPart) -> int | None:
+    """Place in the part's path of the connector that it belongs to."""
+    return next((k for k, name in enumerate(part.path) if name.startswith("K-")), None)
 
 
 def _sound(part: ReadPart, measured: Measured, findings: Findings) -> bool:

@@ -12,6 +12,16 @@ from fabgeo.review.verdicts import judge
 
 EXACT = {"solids": 0.0, "invalid_solids": 0.0, "unplaced_parts": 0.0, "utilisation": 2e-3}
 
+WORST = (
+    "twist_max_deg",
+    "gap_max_mm",
+    "volume_error_rel",
+    "edge_length_error_mm",
+    "area_error_rel",
+    "refold_error_mm",
+)
+"""Summary keys that are the worst over the parts."""
+
 
 def check_summary(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """Summary's keys and numbers, every part's verdict against its own figures and the limits."""
@@ -27,6 +37,12 @@ def check_summary(package: WrittenPackage, measured: Measured, findings: Finding
         stated, found = summary.get(key), measured.figures.get(key)
         if stated is not None and found is not None:
             findings.near("checks/review.json", f"summary {key}", found, float(stated), within)
+    for key in WORST:
+        values = [v for part in (review.get("parts") or {}).values()
+                  if isinstance(v := part.get(key), int | float)]  # fmt: skip
+        stated = summary.get(key)
+        if values and stated is not None and stated < max(values):
+            findings.add("checks/review.json", f"summary {key}", max(values), stated)
     _verdicts(package, review, findings)
 
 

@@ -9,7 +9,8 @@ finding
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -56,11 +57,14 @@ class CheckReport:
     measured : mapping
         Figures of the package as measured here, under the keys of review.json's summary.
     seconds : mapping of step to seconds
+    counts : mapping
+        How much was measured: solids, panels, flat parts, sheets, files.
     """
 
     findings: tuple[Finding, ...]
     measured: Mapping[str, float]
     seconds: Mapping[str, float]
+    counts: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -73,11 +77,25 @@ class CheckReport:
         return tuple(dict.fromkeys(finding.part for finding in self.findings))
 
     def lines(self) -> Iterable[str]:
-        """The report for people, one line a finding."""
+        """The report for people: a line a finding, a line a figure, and the verdict last."""
         for finding in self.findings:
             yield str(finding)
         for key, value in self.measured.items():
             yield f"measured {key} = {value:.6g}"
+        counted = ", ".join(f"{count} {name}" for name, count in self.counts.items())
+        what = "nothing found" if self.ok else f"{len(self.findings)} findings"
+        seconds = sum(self.seconds.values())
+        yield f"package: {what}, {counted}, in {seconds:.1f} s"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data for scripts."""
+        return {
+            "ok": self.ok,
+            "counts": dict(self.counts),
+            "findings": [asdict(finding) for finding in self.findings],
+            "measured": dict(self.measured),
+            "seconds": dict(self.seconds),
+        }
 
 
 def _words(value: object) -> str:

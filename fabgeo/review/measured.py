@@ -41,6 +41,8 @@ class Measured:
     centres: dict[str, Array] = field(default_factory=dict)
     names: dict[str, int] = field(default_factory=dict)
     flats: dict[str, FlatFile] = field(default_factory=dict)
+    edge_errors: dict[str, Array] = field(default_factory=dict)
+    """Flat length less the solid's of every edge, in the order of the plate's edges, mm."""
     on_sheets: dict[str, list[str]] = field(default_factory=dict)
     figures: dict[str, float] = field(default_factory=dict)
 

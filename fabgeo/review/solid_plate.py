@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fabgeo.cad.readback import EdgeSamples, ReadPart
 
 SAMPLES = 65
-VOLUME_EPS = 1e-6
+VOLUME_EPS = 1e-4  # asked of the adaptive quadrature; on ruled faces it leaves under 1e-9
 
 
 @dataclass(frozen=True)
@@ -85,11 +85,8 @@ def polyline_length(points: Array) -> float:
     return fine + (fine - coarse) / 3.0
 
 
-def solid_plate(part: ReadPart) -> SolidPlate | None:
+def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | None:
     """Measure a plate's solid; None if it has no two skins with sides between them."""
-    from fabgeo.cad import measure
-
-    volume, centre = measure.volume(part.shape, VOLUME_EPS)
     edges = part.edges(SAMPLES)
     one, two = _skins(edges)
     loops = _loops(_sides(edges, one, two))
@@ -206,31 +203,39 @@ def developed(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _laid(a: Array, b: Array) -> tuple[Array, Array]:
-    """The triangles between two rails in the plane, the first ruling on the y axis."""
+    """The triangles between two rails in the plane, the first ruling on the y axis.
+
+    In complex numbers every triangle turns and stretches its base onto its next side: the rulings
+    in the plane are a running product, the points of the first rail a running sum.
+    """
     rulings, diagonals = np.linalg.norm(b - a, axis=1), np.linalg.norm(b[:-1] - a[1:], axis=1)
     steps_a = np.linalg.norm(np.diff(a, axis=0), axis=1)
     steps_b = np.linalg.norm(np.diff(b, axis=0), axis=1)
-    flat_a, flat_b = np.zeros((len(a), 2)), np.zeros((len(b), 2))
-    flat_b[0, 1] = rulings[0]
-    for k in range(len(a) - 1):
-        flat_a[k + 1] = _apex(flat_a[k], flat_b[k], rulings[k], steps_a[k], diagonals[k])
-        flat_b[k + 1] = _apex(flat_a[k + 1], flat_b[k], diagonals[k], rulings[k + 1], steps_b[k])
-    return flat_a, flat_b
+    along = _apex(rulings[:-1], steps_a, diagonals)
+    across = _apex(diagonals, rulings[1:], steps_b)
+    turned = np.append(1.0, np.cumprod((1.0 - along) * across)) * 1j * rulings[0]
+    first = np.append(0.0, np.cumsum(turned[:-1] * along))
+    second = first + turned
+    return _plane(first), _plane(second)
 
 
-def _apex(p: Array, q: Array, base: float, to_p: float, to_q: float) -> Array:
-    """The point to the right of p q (`base` apart) at these distances from both."""
-    along = (to_p * to_p - to_q * to_q + base * base) / (2.0 * base)
-    high = np.sqrt(max(to_p * to_p - along * along, 0.0))
-    x, y = (q - p) / base
-    return p + np.array([along * x + high * y, along * y - high * x])
+def _apex(base: Array, to_p: Array, to_q: Array) -> Array:
+    """The apex right of a base from p to q by its two sides, as a complex multiple of the base."""
+    x = (to_p**2 - to_q**2 + base**2) / (2.0 * base)
+    y = np.sqrt(np.maximum(to_p**2 - x * x, 0.0))
+    return (x - 1j * y) / base
+
+
+def _plane(points: Array) -> Array:
+    return np.stack([points.real, points.imag], axis=-1)
 
 
 def rail_normals(a: Array, b: Array) -> tuple[Array, Array]:
     """Unit normals (n, 3) of the strip between the rails, at both ends of every ruling."""
-    ruling = b - a
-    first = np.cross(np.gradient(a, axis=0, edge_order=2), ruling)
-    second = np.cross(np.gradient(b, axis=0, edge_order=2), ruling)
+    from scipy.interpolate import CubicSpline
+
+    sites = np.arange(len(a), dtype=float)
+    first, second = (np.cross(CubicSpline(sites, rail)(sites, 1), b - a) for rail in (a, b))
     return unit(first), unit(second)
 
 
