@@ -31,6 +31,7 @@ MOST_LEVELS = 3  # times that `levels=None` halves the number of segments of a l
 LEAST_SEGMENTS = 8
 COARSE_LIMIT = 10.0  # multiple of the limits that a coarse level has to reach
 PATIENCE = 3  # stages in a row without gain, after which more weight is of no use
+HASTE = 2  # the same where a finer level is still to come
 FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
 WORTH_A_REASON = 1.2  # of the sag limit: above, the reason says what holds the model off
 ROUNDS = 6  # of reweighting, at most
@@ -165,23 +166,40 @@ class _Fit:
     def run(self) -> FitResult:
         """All levels from coarse to fine, then the largest deviation."""
         for _ in range(self._coarsen()):
-            self._grow(COARSE_LIMIT)
+            self._grow(COARSE_LIMIT, finer=True)
             if self.interrupted:
                 break
             self.control = spline.refine(self.control, self.level.net.closed_u)
             self.anchor_at = spline.refine(self.anchor_at, self.level.net.closed_u)
             self._at_level()
             self.weight = max(self.weight / self.options.growth, 1.0)
+        refinements = self.options.refinements
         if not self.interrupted:
-            self._grow(1.0)
+            self._grow(1.0, finer=refinements > 0)
+        for left in range(refinements, 0, -1):
+            if self.interrupted or self._excess(self._figures()) <= 1.0:
+                break
+            self._refine(finer=left > 1)
         uneven = self._figures().deviation_over_sag > FLAT_ENOUGH
         if not self.interrupted and self.options.minimise == "max" and uneven:
             self._flatten()
         status, reason = self._verdict()
         return self._result(status, reason, self._figures(), time.process_time() - self.begin)
 
+    def _refine(self, finer: bool) -> None:
+        """Halve the knot spans once more where the limits can't be reached with these."""
+        self.control = spline.refine(self.control, self.level.net.closed_u)
+        self.anchor_at = spline.refine(self.anchor_at, self.level.net.closed_u)
+        self._at_level()
+        self.weight = max(self.weight / self.options.growth**2, 1.0)
+        self._grow(1.0, finer)
+
     def _coarsen(self) -> int:
-        """Take every other knot away as often as asked; the number of refinements to come."""
+        """Take every other knot away as often as asked; the number of refinements to come.
+
+        Not where that spoils a start that is nearly a model of its kind, such as a mesh's own.
+        """
+        excess = self._excess(self._figures())
         net, levels = self.level.net, self.options.levels
         fine = self.control.size < FINE_AT_ONCE
         count = (0 if fine else MOST_LEVELS) if levels is None else levels
@@ -192,7 +210,11 @@ class _Fit:
             coarse = spline.interpolate(points, net.closed_u)
             net = Net(net.edges, net.segments // 2, net.closed_u, net.closed_i)
             level = Level(net, self.reference, self.kind, self.options, self.held)
-            if find_fold(level.state(coarse), level.coarse) is not None:
+            state = level.state(coarse)
+            if find_fold(state, level.coarse) is not None:
+                break
+            spoilt = self._excess(quality(state, level.dense, self.kind)) > 2.0 * excess
+            if spoilt and levels is None:
                 break
             self.control, self.anchor_at, self.level = coarse, np.array(coarse), level
             done += 1
@@ -203,20 +225,24 @@ class _Fit:
         net = Net(old.edges, old.segments * 2, old.closed_u, old.closed_i)
         self.level = Level(net, self.reference, self.kind, self.options, self.held)
 
-    def _grow(self, slack: float) -> None:
+    def _grow(self, slack: float, finer: bool = False) -> None:
         """Let the weight of developability grow while that helps and the limits are not reached.
 
-        `slack` multiplies the limits: a coarse level need not reach those of the finest.
+        `slack` multiplies the limits: a coarse level need not reach those of the finest. Stages
+        that bring nothing only drive the model off the surface: they are taken back.
         """
-        best, idle = np.inf, 0
+        best, idle, kept = np.inf, 0, (self.control, self.weight, self.anchor)
         for _ in range(self.options.stages):
             self._stage()
             excess = self._excess(self._record_of_last())
             if self.interrupted or excess <= slack:
                 return
-            idle = idle + 1 if excess > 0.7 * best else 0
-            best = min(best, excess)
-            if idle == PATIENCE:
+            if excess <= 0.7 * best:
+                best, idle, kept = excess, 0, (self.control, self.weight, self.anchor)
+            else:
+                idle += 1
+            if idle == (HASTE if finer else PATIENCE):
+                self.control, self.weight, self.anchor = kept
                 return
             self.weight *= self.options.growth
             self.anchor /= self.options.growth**0.5

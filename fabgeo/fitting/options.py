@@ -76,6 +76,8 @@ class FitOptions:
     levels : int or None
         Times that the start is coarsened along u before the fit refines it again exactly; None
         chooses by the number of segments.
+    refinements : int
+        Times that knot spans are halved beyond the start's, where the limits are not reached.
     iterations : int
         Steps of Levenberg-Marquardt that one stage may take.
     stages : int
@@ -93,6 +95,7 @@ class FitOptions:
     points: Array | None = None
     minimise: Literal["rms", "max"] = "max"
     levels: int | None = None
+    refinements: int = 1
     iterations: int = 20
     stages: int = 12
     growth: float = 10.0
