@@ -26,7 +26,7 @@ from fabgeo.structures.panels import Joint, Layer, panels
 from fabgeo.structures.parts import Prism
 from fabgeo.structures.patches import CutRule, cut, cut_lengths
 from fabgeo.structures.prisms import plate_prism, prism_properties, prism_volume, ruled_normals
-from fabgeo.structures.walls import walls
+from fabgeo.structures.walls import coped_walls, walls
 
 ANGLES = np.linspace(0.0, 1.2, 9)
 PROFILE = np.stack([6000 * np.cos(ANGLES), 6000 * np.sin(ANGLES)], axis=1)
@@ -255,6 +255,27 @@ def test_walls_are_plane_and_lie_between_the_axes(conical: StripModel) -> None:
         corners = np.stack([a[0], a[-1], b[-1], b[0]])
         normal = unit(cross(corners[2] - corners[0], corners[3] - corners[1]))
         assert abs(float(dot(corners[1] - corners[0], normal))) < 0.01
+
+
+def test_coped_walls_stand_clear_of_webs_and_flanges(torus: StripModel) -> None:
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+
+    from fabgeo.cad.plates import plate_solid
+
+    section = Section(outer=-27.0, depth=240.0, web=8.0, flange_outer=10.0, flange_inner=10.0)
+    patches = cut(torus, CutRule(count=8))
+    wall = next(
+        w for w in coped_walls(torus, patches, section, 6.0, "steel") if "W-03-02" in w.mark
+    )
+    beam_plates = [p for b in beams(torus, section, BeamRule(), [3, 4]) for p in b.plates]
+    solid = plate_solid(wall)
+    gaps = {p.mark: BRepExtrema_DistShapeShape(solid, plate_solid(p)).Value() for p in beam_plates}
+    near = sorted(gaps.values())[:6]  # web and both flanges of each beam
+    assert near[0] > 1.9
+    assert near[-1] < 2.5
+    corners = np.concatenate(wall.mid.edges(wall.mid.parameters(2)))
+    middle = corners - corners.mean(axis=0)
+    assert np.linalg.svd(middle)[1][2] < 1e-6  # plane
 
 
 @pytest.mark.parametrize("construction", ["trajectory", "envelope"])
