@@ -12,7 +12,6 @@ from fabgeo.build.figures import Figures
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
-from fabgeo.panels.unfold import smallest_rectangle
 from fabgeo.project import Project
 from fabgeo.sheets.biarc import dense
 from fabgeo.sheets.stock import Nest
@@ -175,7 +174,7 @@ def _plate_row(
     flat = flats.get(plate.mark)
     if flat is not None:
         points = np.concatenate([dense(edge)[0] for edge in flat.outline])
-        _, row["length_mm"], row["width_mm"] = smallest_rectangle(points)
+        row["length_mm"], row["width_mm"] = np.ptp(points, axis=0).tolist()
         row["area_m2"] = flat.area / SQUARE_METRE
     solid = built.get(plate.mark)
     if solid is not None and solid.report is not None:
