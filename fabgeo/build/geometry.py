@@ -113,10 +113,9 @@ def panels_of(
     if asked is None:
         return (), {}
     layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
-    gross = layers.panels(model, patches, layer)
     net = layers.panels(model, patches, layer, layers.Joint(asked.joint, asked.joint))
-    inputs = [PanelInput(p.mark, p.mid, _sides(p.shared)) for p in gross]
-    tolerances = Tolerances(asked.tolerance, asked.angle, project.limits.gap_max_mm)
+    inputs = inputs_of(project, model, patches)
+    tolerances = limits_of(project)
     costs = Costs(**asked.costs)
     if asked.choice == "joint":
         from fabgeo.panels.choose import choose
@@ -132,6 +131,24 @@ def panels_of(
             choices[k] = choice.as_fitted(f"{choice.cls}: {error.problem}", costs.developable)
             made.append(plate)
     return tuple(made), {choice.mark: choice for choice in choices}
+
+
+def inputs_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> list[PanelInput]:
+    """Gross panels with their neighbours: what classes are chosen on."""
+    asked = project.panels
+    if asked is None:
+        return []
+    layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
+    gross = layers.panels(model, patches, layer)
+    return [PanelInput(p.mark, p.mid, _sides(p.shared)) for p in gross]
+
+
+def limits_of(project: Project) -> Tolerances:
+    """What the panels' replacement may deviate by."""
+    asked = project.panels
+    if asked is None:
+        return Tolerances()
+    return Tolerances(asked.tolerance, asked.angle, project.limits.gap_max_mm)
 
 
 def _sides(shared: Mapping[str, str]) -> dict[Side, str | tuple[str, ...]]:

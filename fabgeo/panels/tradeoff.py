@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -59,30 +59,26 @@ def trade_off(
     costs: Costs | None = None,
     sheet: Sheet | None = None,
     rounds: int = 2,
-) -> list[TradeOffRow]:
-    """Joint choices at every pair of tolerances; the other limits as in `tolerances`."""
+) -> Iterator[TradeOffRow]:
+    """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`."""
     base = tolerances or Tolerances()
-    rows = []
     for deviation in deviations_mm:
         for kink in kinks_deg:
             limits = replace(base, deviation_mm=deviation, kink_deg=kink)
             found = choose(panels, limits, costs, sheet, rounds=rounds)
             count = len(found.panels)
             shares = {c: sum(p.cls == c for p in found.panels) / count for c in CLASSES}
-            rows.append(
-                TradeOffRow(
-                    deviation_mm=deviation,
-                    kink_deg=kink,
-                    **shares,
-                    cost=found.cost,
-                    floor=found.floor,
-                    one_by_one=found.one_by_one,
-                    radii=distinct_radii(found.panels),
-                    gap_max_mm=max((p.gap_mm for p in found.panels), default=0.0),
-                    kink_max_deg=max((p.kink_added_deg for p in found.panels), default=0.0),
-                )
+            yield TradeOffRow(
+                deviation_mm=deviation,
+                kink_deg=kink,
+                **shares,
+                cost=found.cost,
+                floor=found.floor,
+                one_by_one=found.one_by_one,
+                radii=distinct_radii(found.panels),
+                gap_max_mm=max((p.gap_mm for p in found.panels), default=0.0),
+                kink_max_deg=max((p.kink_added_deg for p in found.panels), default=0.0),
             )
-    return rows
 
 
 def distinct_radii(panels: Sequence[PanelChoice]) -> int:

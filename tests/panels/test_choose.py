@@ -148,7 +148,7 @@ def test_springing_radius_is_the_published_one() -> None:
 
 @pytest.mark.slow
 def test_wider_tolerances_cost_no_more(panels: list[PanelInput], tmp_path) -> None:
-    rows = trade_off(panels, (0.3, 3.0), (0.5, 3.0), rounds=1)
+    rows = list(trade_off(panels, (0.3, 3.0), (0.5, 3.0), rounds=1))
     cost = np.array([r.cost for r in rows]).reshape(2, 2)
     assert np.all(np.diff(cost, axis=0) <= 0.0)
     assert np.all([r.floor <= r.cost <= r.one_by_one for r in rows])

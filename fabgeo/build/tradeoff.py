@@ -1,0 +1,80 @@
+"""What panels of a project could be made as, over tolerances: the table and plot of one command."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from fabgeo.build.geometry import inputs_of, limits_of, patches_of, sheet_of
+from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.progress import Clock, Listener
+from fabgeo.build.surface import surface_of
+from fabgeo.errors import InputError
+from fabgeo.panels.limits import Costs
+from fabgeo.panels.tradeoff import plot, table, trade_off
+from fabgeo.project import read_project
+
+DEVIATIONS_MM = (1.0, 3.0, 6.0)
+ANGLES_DEG = (0.5, 1.0, 3.0)
+
+
+def tradeoff_of(
+    project_path: Path | str, out: Path | None = None, listener: Listener | None = None
+) -> dict[str, Any]:
+    """Joint choices of a project's panels at every pair of tolerances.
+
+    Parameters
+    ----------
+    project_path : path
+        The project file; its costs and gap limit hold, its tolerance and angle are replaced.
+    out : Path, optional
+        Folder for `tradeoff.csv`, `tradeoff.md` and `tradeoff.png`.
+    listener : callable, optional
+        Hears a `fabgeo.build.progress.Progress` at every step.
+
+    Returns
+    -------
+    dict
+        `rows`: one mapping a pair of tolerances (see `fabgeo.panels.tradeoff.TradeOffRow`);
+        `panels`: how many; `files`: what was written.
+
+    Raises
+    ------
+    InputError, GeometryError
+        For bad input, and where the project asks for no panels.
+    """
+    path = Path(project_path)
+    project = read_project(path)
+    if project.panels is None:
+        raise InputError("[panels]", "is not in the project", "add it: the table is about panels")
+    clock = Clock(listener)
+    with clock.stage("surface"):
+        surface = surface_of(project, path.parent)
+    with clock.stage("start"):
+        start = start_of(project, surface, path.parent)
+    with clock.stage("fit"):
+        model = outwards(fit_of(project, start, clock).model)
+    panels = inputs_of(project, model, patches_of(project, model))
+    with clock.stage("tradeoff", len(DEVIATIONS_MM) * len(ANGLES_DEG)):
+        found = trade_off(
+            panels,
+            DEVIATIONS_MM,
+            ANGLES_DEG,
+            limits_of(project),
+            Costs(**project.panels.costs),
+            sheet_of(project),
+        )
+        rows = list(clock.each(found))
+    result = {"panels": len(panels), "rows": [asdict(row) for row in rows], "files": []}
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        with (out / "tradeoff.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, fieldnames=list(result["rows"][0]))
+            writer.writeheader()
+            writer.writerows(result["rows"])
+        (out / "tradeoff.md").write_text(table(rows) + "\n", encoding="utf-8")
+        plot(rows, out / "tradeoff.png")
+        result["files"] = ["tradeoff.csv", "tradeoff.md", "tradeoff.png"]
+    return result
