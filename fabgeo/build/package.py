@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -48,6 +49,8 @@ class Package:
     review : dict
         What checks/review.json holds.
     record : ReviewRecord
+    seconds : mapping of stage to float
+        Wall-clock seconds.
     """
 
     path: Path
@@ -57,16 +60,12 @@ class Package:
     built: Mapping[str, Built]
     review: Mapping[str, Any]
     record: ReviewRecord
+    seconds: Mapping[str, float]
 
     @property
     def name(self) -> str:
         """The project's name."""
         return self.design.project.name
-
-    @property
-    def seconds(self) -> Mapping[str, float]:
-        """Wall-clock seconds by stage."""
-        return self.review["seconds"]
 
     @property
     def failures(self) -> list[str]:
@@ -130,7 +129,12 @@ def write_package(
     clock: Clock,
     jobs: int | None = None,
 ) -> Package:
-    """Write all files beside, then move them into place."""
+    """Write all files beside, then move them into place.
+
+    Where SOURCE_DATE_EPOCH is set, files hold no dates of their own and no times spent: the same
+    input gives the same bytes.
+    """
+    seconds = {} if os.environ.get("SOURCE_DATE_EPOCH") else clock.seconds
     project = design.project
     staged = folder.staged
     history = [{k: v for k, v in stage.items() if k != "seconds"} for stage in design.fit.history]
@@ -142,7 +146,7 @@ def write_package(
             _write_flats(folder, project, flats, nests, jobs)
     with clock.stage("measure"):
         missing = not_asked(project)
-        record = record_of(design, flats, nests, built, clock.seconds, missing)
+        record = record_of(design, flats, nests, built, seconds, missing)
     with clock.stage("review"):
         write_schedules(staged, record)
         _write_pages(folder, record, project)
@@ -152,11 +156,11 @@ def write_package(
         name=project.name,
         project=project.model_dump(mode="json", exclude_none=True),
         versions=versions(),
-        seconds=clock.seconds,
+        seconds=seconds,
         not_asked=missing,
     )
     folder.finish()
-    return Package(folder.path, design, flats, nests, built, review, record)
+    return Package(folder.path, design, flats, nests, built, review, record, clock.seconds)
 
 
 def _write_models(folder: Folder, design: Design, built: Mapping[str, Built]) -> None:

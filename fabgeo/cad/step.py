@@ -37,6 +37,7 @@ from OCP.XCAFDoc import (
 
 from fabgeo.cad import kernel
 from fabgeo.cad.assembly import Colour, Node
+from fabgeo.cad.steporder import ordered
 from fabgeo.errors import InputError
 
 
@@ -107,14 +108,14 @@ def write_step(
 
 
 def _normalise(path: Path) -> None:
-    """Number the occurrences from 1, not on from the process's last file; escape non-ASCII."""
+    """Number occurrences from 1, not on from the last file; order styles; escape non-ASCII."""
     count = itertools.count(1)
     data = _OCCURRENCE.sub(
         lambda _: b"NEXT_ASSEMBLY_USAGE_OCCURRENCE('%d'" % next(count), path.read_bytes()
     )
     if not data.isascii():
         data = _NOT_ASCII.sub(lambda found: _escape(found[0]), data)
-    path.write_bytes(data)
+    path.write_bytes(ordered(data))
 
 
 def _escape(letters: bytes) -> bytes:

@@ -103,6 +103,9 @@ class Template:
                 document.header["$MEASUREMENT"] = 1
             for name in LAYERS:
                 document.layers.add(style.layer(name), color=COLOURS[name])
+            document.write(io.StringIO())  # registers its classes, in the order of a set
+            classes = document.classes
+            classes.classes = dict(sorted(classes.classes.items()))
             out = io.StringIO()
             document.write(out)
         self._first = str(document.entitydb.handles)
