@@ -31,6 +31,7 @@ type Listener = Callable[[str], None]
 
 AT_ONCE = 250  # pieces that the engine packs at once; more go through the loop
 LEAST_SECONDS = 1.0  # an engine needs this long to be of use
+MOST_TURNS = 50  # of the loop with other draws
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,9 @@ class _Group:
             raise PartError(f"nest {self._name}", f"rows of boxes fail the check: {problems[0]}")
         self.say(f"{self._name}: {len(best.sheets)} sheets in rows")
         movable = [p for p in self.pieces if any(fits(p, s, rules.margin) for s in rules.stocks)]
+        if len(rules.stocks) > 1:  # the cheapest sheet for each part is not the cheapest for all
+            for stock in rules.stocks:
+                best = self._better(best, shelves(movable, [stock], rules.spacing, rules.margin)[0])
         if not movable or (steps is None and seconds < LEAST_SECONDS):
             return best
         for layout in self._engines(movable, end, seed, steps):
@@ -139,20 +143,41 @@ class _Group:
     def _engines(
         self, pieces: list[Piece], end: float, seed: int, steps: int | None
     ) -> Iterator[Layout]:
-        """Layouts of the engines that suit the group.
+        """Layouts of the engines that suit the group, as long as there is time.
 
         One stock and not too many pieces: all at once beside the loop, which takes one thread.
+        Several: the loop, then with the time it left all at once on each stock that holds every
+        piece, then the loop again with other draws.
         """
         rules = self.rules
-        if steps is not None or len(rules.stocks) != 1 or len(pieces) > AT_ONCE:
+        if steps is not None:
             yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
             return
-        stock = rules.stocks[0]
-        with ThreadPoolExecutor(1) as pool:
-            seconds = end - time.monotonic()
-            bins = pool.submit(pack_bins, pieces, stock, rules.spacing, rules.margin, seconds)
-            yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
-            yield [(stock, sheet) for sheet in bins.result()]
+        whole = [s for s in rules.stocks if all(fits(p, s, rules.margin) for p in pieces)]
+        if len(pieces) > AT_ONCE:
+            whole = []
+        if len(rules.stocks) == 1 and whole:
+            with ThreadPoolExecutor(1) as pool:
+                bins = pool.submit(self._bins, pieces, rules.stocks[0], end)
+                yield knapsack_loop(pieces, rules, end, seed, None, self._sound)
+                yield bins.result()
+        else:
+            yield knapsack_loop(pieces, rules, end, seed, None, self._sound)
+            for k, stock in enumerate(whole):
+                now = time.monotonic()
+                yield self._bins(pieces, stock, now + (end - now) / (len(whole) - k))
+        for turn in range(1, MOST_TURNS):
+            if end - time.monotonic() < LEAST_SECONDS:
+                return
+            yield knapsack_loop(pieces, rules, end, seed + turn, None, self._sound)
+
+    def _bins(self, pieces: list[Piece], stock: Stock, end: float) -> Layout:
+        seconds = end - time.monotonic()
+        if seconds < LEAST_SECONDS:
+            return []
+        rules = self.rules
+        sheets = pack_bins(pieces, stock, rules.spacing, rules.margin, seconds)
+        return [(stock, sheet) for sheet in sheets]
 
     def _sound(self, stock: Stock, placements: list) -> bool:
         sheet = Sheet("", stock, tuple(placements), 0.0)
@@ -160,6 +185,8 @@ class _Group:
 
     def _better(self, best: Nest, layout: Layout) -> Nest:
         """The layout completed, if it is sound and cheaper."""
+        if not layout:
+            return best
         made = self._completed(layout)
         problems = self._problems(made)
         if problems:
