@@ -87,8 +87,9 @@ class Border:
 
     def nearest(self, x: Array) -> tuple[IntArray, Array, Array, BoolArray]:
         """Nearest border points of x (k, 3): face, parameters, distance, whether free."""
-        _, near = self._tree.query(x, k=min(4, len(self.point)))
-        near = near.reshape(len(x), -1)
+        count = min(4, len(self.point))
+        _, near = self._tree.query(x, k=count)
+        near = near.reshape(len(x), count)
         t, distance = _to_segments(x[:, None], self.point[near], self.end[near])
         pick = np.argmin(distance, axis=1)
         rows = np.arange(len(x))
