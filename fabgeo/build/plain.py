@@ -78,7 +78,7 @@ def _plain(value: Any, blobs: bytearray) -> Any:
         return value
     if isinstance(value, np.generic):
         return value.item()
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
         array = np.ascontiguousarray(value)
         return {"@array": [_store(array.tobytes(), blobs), array.dtype.str, list(array.shape)]}
     if isinstance(value, bytes):

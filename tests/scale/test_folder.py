@@ -1,0 +1,126 @@
+"""The output folder: one build at a time, whole packages only, nothing outside."""
+
+from __future__ import annotations
+
+import errno
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fabgeo.build.folder import Folder, open_folder
+from fabgeo.errors import FabgeoError, InputError
+
+HOLD = """
+import sys
+from fabgeo.build.folder import open_folder
+with open_folder(sys.argv[1]):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+def write(out: Path, **texts: str) -> None:
+    with open_folder(out) as folder:
+        for name, content in texts.items():
+            folder.text(f"{name}.txt", content)
+        folder.json("manifest.json", {"files": [f"{name}.txt" for name in texts]})
+        folder.finish()
+
+
+def stopped_by(error: BaseException, out: Path) -> None:
+    """A build that writes a file and ends by an error."""
+    with open_folder(out) as folder:
+        folder.text("a.txt", "new")
+        folder.cache.mkdir(exist_ok=True)
+        raise error
+
+
+def names(out: Path) -> set[str]:
+    return {p.name for p in out.iterdir()} - {".fabgeo"}
+
+
+def test_two_builds_at_once_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", HOLD, str(out)]
+    with subprocess.Popen(command, stdin=-1, stdout=-1, text=True) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(InputError, match="another build is at work"), open_folder(out):
+            pass
+        other.communicate()
+    write(out, a="1")  # the lock is gone with its process
+    assert names(out) == {"a.txt", "manifest.json"}
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
+def test_a_full_disk_leaves_the_package_before(tmp_path: Path, code: int) -> None:
+    write(tmp_path / "out", a="old")
+    with pytest.raises(FabgeoError, match="make room"):
+        stopped_by(OSError(code, "full"), tmp_path / "out")
+    assert (tmp_path / "out/a.txt").read_text() == "old"
+    assert not (tmp_path / "out/.fabgeo/staged").exists()
+
+
+def test_what_a_disk_cannot_hold_is_not_half_written(tmp_path: Path) -> None:
+    """The process may write files of 20 kB only: the kernel refuses as a full disk does."""
+    script = f"""
+import resource, signal
+from fabgeo.build.cache import Cache
+from fabgeo.build.folder import open_folder
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+with open_folder({str(tmp_path / "out")!r}) as folder:
+    cache = Cache(folder.cache)
+    cache.once("fit", (1,), lambda: b"small")
+    cache.once("fit", (2,), lambda: bytes(50_000))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert "FabgeoError" in done.stderr
+    assert "beyond the limit" in done.stderr
+    (entry,) = (tmp_path / "out/.fabgeo/cache/fit").iterdir()
+    assert entry.suffix == ""
+
+
+def test_bad_input_leaves_no_folder_and_an_interrupt_keeps_the_cache(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(InputError, match="wrong"):
+        stopped_by(InputError("x", "is wrong"), out)
+    assert not out.exists()
+    with pytest.raises(KeyboardInterrupt):
+        stopped_by(KeyboardInterrupt(), out)
+    assert (out / ".fabgeo/cache").is_dir()
+    assert names(out) == set()
+
+
+def test_files_of_the_package_before_go(tmp_path: Path) -> None:
+    write(tmp_path / "out", a="1", b="2")
+    (tmp_path / "out/mine.txt").write_text("keep")
+    write(tmp_path / "out", b="3")
+    assert names(tmp_path / "out") == {"b.txt", "manifest.json", "mine.txt"}
+
+
+@pytest.mark.parametrize("name", ["/etc/x", "../x", "a/../../x", ".fabgeo/lock", "a\\x"])
+def test_names_outside_the_folder_are_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="inside the output folder"):
+        Folder(tmp_path).place(name)
+
+
+def test_a_manifest_cannot_remove_files_outside(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("keep")
+    write(tmp_path / "out", a="1")
+    manifest = {"files": ["../mine.txt", str(tmp_path / "mine.txt")]}
+    (tmp_path / "out/manifest.json").write_text(json.dumps(manifest))
+    write(tmp_path / "out", a="2")
+    assert (tmp_path / "mine.txt").exists()
+
+
+def test_links_in_the_folder_are_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/cut").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="is a link"):
+        write(tmp_path / "out", **{"cut/a": "x"})
+    assert not list((tmp_path / "elsewhere").iterdir())
