@@ -18,7 +18,7 @@ from fabgeo.build.figures import (
 )
 from fabgeo.build.fixings import masses_of, products_of
 from fabgeo.build.geometry import Design
-from fabgeo.build.rows import beam_rows, panel_rows, places_of, plate_rows
+from fabgeo.build.rows import beam_rows, cell_rows, panel_rows, places_of, plate_rows
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
 from fabgeo.review.display import shown_plate, shown_prism
@@ -55,6 +55,7 @@ def record_of(
         panels=tuple(panel_rows(design, flats, built, figures, places)),
         plates=tuple(plate_rows(design, flats, built, places)),
         beams=tuple(beam_rows(design, built)),
+        cells=tuple(cell_rows(design, built)),
         connectors=tuple(connector_rows(design, masses_of(products))),
         shown=tuple(_shown(design)),
         shown_connectors=tuple(

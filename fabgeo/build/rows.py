@@ -13,6 +13,8 @@ from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
 from fabgeo.project import Project
+from fabgeo.review.display import shown_prism
+from fabgeo.review.verdicts import ORDER
 from fabgeo.sheets.biarc import dense
 from fabgeo.sheets.stock import Nest
 from fabgeo.structures.beams import plate_radii
@@ -74,10 +76,11 @@ def panel_rows(
             "erection_order": order[plate.mark],
             "reason": choice.reason,
         }
-        row |= _plate_row(design.project, plate, flats, built, places)
-        row |= _box_row(box_of(plate), design.project)
+        row = _joined(row, _plate_row(design.project, plate, flats, built, places))
+        row = _joined(row, _box_row(box_of(plate), design.project))
         if plate.mark in design.complaints:
-            row["verdict"], row["reason"] = design.complaints[plate.mark]
+            verdict, reason = design.complaints[plate.mark]
+            row = _joined(row, {"verdict": verdict, "reason": reason})
         flat = flats.get(plate.mark)
         if flat is not None:
             row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")
@@ -93,7 +96,6 @@ def plate_rows(
     places: Places,
 ) -> list[Row]:
     """One row a plate that is no panel."""
-    cambers = {b.mark: b.info.get("camber") for b in design.beams}
     rows = []
     for plate in design.plates[len(design.panels) :]:
         least, largest = plate_radii(plate.mid)
@@ -104,10 +106,42 @@ def plate_rows(
                 "role": plate.role,
                 "radius_min_mm": finite(least),
                 "radius_max_mm": finite(largest),
-                "camber_mm": cambers.get(plate.parent),
+                "camber_mm": camber_of(flats.get(plate.mark)),
                 **_plate_row(design.project, plate, flats, built, places),
             }
         )
+    return rows
+
+
+def camber_of(flat: FlatPart | None) -> float | None:
+    """Largest rise of a flat part's first edge over its chord, mm."""
+    if flat is None:
+        return None
+    edge = next((e for e in flat.outline if e.name == "first"), flat.outline[0])
+    points, _ = dense(edge)
+    chord, away = points[-1] - points[0], points - points[0]
+    rise = away[:, 1] * chord[0] - away[:, 0] * chord[1]
+    return float(np.abs(rise).max() / np.linalg.norm(chord))
+
+
+def cell_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
+    """One row a cell; it is erected with its panel."""
+    order = erection_order(design)
+    rows = []
+    for cell in design.cells:
+        rails = shown_prism(cell.prism, "cells", np.array([0.0, 0.0, 1.0]), count=33).rails
+        row: Row = {
+            "mark": cell.mark,
+            "strip": cell.patch.strip,
+            "cell": cell.patch.cell,
+            "erection_order": order.get(f"P-{cell.patch.tag}"),
+            **_box_row(oriented_box(rails.reshape(-1, 3)), design.project),
+        }
+        solid = built.get(cell.mark)
+        if solid is not None and solid.report is not None:
+            row["volume_m3"] = solid.report.volume / CUBIC_METRE
+            row |= _centre(solid.report.centre)
+        rows.append(row)
     return rows
 
 
@@ -126,9 +160,7 @@ def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
                 "depth_max_mm": beam.info.get("depth_max"),
                 "plates": len(beam.plates),
                 "mass_kg": mass,
-                "cog_x_mm": centre[0],
-                "cog_y_mm": centre[1],
-                "cog_z_mm": centre[2],
+                **_centre(centre),
                 "erection_order": order[beam.mark],
                 **_box_row(
                     oriented_box(np.concatenate([_corners(p) for p in beam.plates])),
@@ -180,7 +212,7 @@ def _plate_row(
     if solid is not None and solid.report is not None:
         density = project.material(plate.material).density
         row["mass_kg"] = solid.report.volume / CUBIC_METRE * density
-        row |= {f"cog_{k}_mm": float(v) for k, v in zip("xyz", solid.report.centre, strict=True)}
+        row |= _centre(solid.report.centre)
     elif solid is not None:
         row |= {"verdict": "fail", "reason": solid.failure}
     if plate.mark in places:
@@ -191,10 +223,24 @@ def _plate_row(
 def _box_row(box: Box, project: Project) -> Row:
     fits = box.fits(project.limits.transport_mm)
     keys = ("box_length_mm", "box_width_mm", "box_height_mm")
-    return {
-        **{key: float(v) for key, v in zip(keys, box.size, strict=True)},
-        "transport": "fits" if fits else "too large",
-    }
+    row: Row = {key: float(v) for key, v in zip(keys, box.size, strict=True)}
+    if fits:
+        return {**row, "transport": "fits", "verdict": "good"}
+    sizes = " x ".join(f"{v:.0f}" for v in box.size)
+    limit = " x ".join(f"{v:g}" for v in project.limits.transport_mm)
+    reason = f"its box of {sizes} mm is larger than the transport box of {limit} mm"
+    return {**row, "transport": "too large", "verdict": "fail", "reason": reason}
+
+
+def _joined(row: Row, more: Row) -> Row:
+    """Both rows in one, with the worse verdict and the reasons for it."""
+    worse = max((r.get("verdict", "not asked") for r in (row, more)), key=ORDER.index)
+    reasons = [r["reason"] for r in (row, more) if r.get("reason")]
+    return {**row, **more, "verdict": worse, "reason": "; ".join(reasons)}
+
+
+def _centre(point: Array) -> Row:
+    return {f"cog_{k}_mm": float(v) for k, v in zip("xyz", point, strict=True)}
 
 
 def _mass(project: Project, beam: Beam, built: Mapping[str, Built]) -> tuple[float, Array]:

@@ -11,6 +11,8 @@ TEMPLATE = """\
 # Build it with:  fabgeo build project.toml --out outputs/first
 # A table that is left out is not asked for; remove the # before a line to set it.
 name = "First roof"
+# ifc = true              # also model/facade.ifc, IFC4x3 (extra ifc)
+# drawings = false        # no drawings/panels.pdf
 
 [surface]
 # Either a file, its path relative to this one:

@@ -18,8 +18,14 @@ LEFT, RIGHT, TOP, BOTTOM = 46.0, 12.0, 14.0, 34.0
 class Axes:
     """A plot area with linear or logarithmic axes; collects SVG elements."""
 
-    def __init__(self, x: tuple[float, float], y: tuple[float, float], log_y: bool = False) -> None:
-        self.x, self.y, self.log_y = x, y, log_y
+    def __init__(
+        self,
+        x: tuple[float, float],
+        y: tuple[float, float],
+        log_y: bool = False,
+        counts: bool = False,
+    ) -> None:
+        self.x, self.y, self.log_y, self.counts = x, y, log_y, counts
         self.parts: list[str] = []
 
     def at(self, x: float, y: float) -> tuple[float, float]:
@@ -68,6 +74,8 @@ class Axes:
                 f'text-anchor="middle">{value:.6g}</text>'
             )
         for value in _decades(*self.y) if self.log_y else _ticks(*self.y):
+            if self.counts and value != int(value):
+                continue
             _, py = self.at(self.x[0], value)
             parts.append(
                 f'<line class="grid" x1="{LEFT}" x2="{W - RIGHT}" y1="{py:.1f}" y2="{py:.1f}"/>'
@@ -83,12 +91,12 @@ class Axes:
 
 
 def histograms(record: ReviewRecord) -> list[tuple[str, str]]:
-    """Title and SVG of one histogram a limit that any part has a figure for."""
+    """Title and SVG of one histogram a limit that any part's figure differs from."""
     result = []
     for limit in record.limits:
         own = [(f.get(limit.key), mark) for mark, f in record.figures.items()]
         known = [(float(v), mark) for v, mark in own if v is not None and math.isfinite(v)]
-        if known:
+        if any(value != limit.good for value, _ in known):
             result.append((limit.label or limit.key, _histogram(limit, known)))
     return result
 
@@ -103,7 +111,7 @@ def _histogram(limit: Limit, known: list[tuple[float, str]]) -> str:
     if high <= low:
         high = low + 1.0
     counts, edges = np.histogram(values, bins=28, range=(low, high))
-    axes = Axes((low, high), (0.0, float(counts.max()) * 1.08))
+    axes = Axes((low, high), (0.0, float(counts.max()) * 1.08), counts=True)
     for count, x0, x1 in zip(counts.tolist(), edges[:-1], edges[1:], strict=True):
         if count:
             kind = verdict_of(limit, float(x1 if limit.sense == "max" else x0))
@@ -115,13 +123,14 @@ def _histogram(limit: Limit, known: list[tuple[float, str]]) -> str:
         if bound in near:
             axes.rule(bound, kind, f"{kind} {bound:g}")
     worst, mark = (max if limit.sense == "max" else min)(known)
-    beyond = "" if near or not bounds else f"; limit {bounds[0]:g} is off the scale"
-    return axes.render(limit.label or limit.key, f"{limit.key}: worst {worst:.4g} ({mark}){beyond}")
+    beyond = "" if near or not bounds else f"; limit {bounds[0]:g}, off the scale"
+    return axes.render(limit.label or limit.key, f"worst {worst:.4g} ({mark}){beyond}")
 
 
 def history_chart(history: Sequence[Row]) -> str:
-    """Every positive number of the fit's history over its iterations, on a logarithmic scale."""
-    names = [n for n in history[0] if n != "iteration"] if history else []
+    """What the fit lowers over its iterations, on a logarithmic scale: all but the counters."""
+    first = history[0] if history else {}
+    names = [name for name in first if any(isinstance(r.get(name), float) for r in history)]
     series: dict[str, tuple[list[float], list[float]]] = {}
     for name in names:
         pairs = [(float(r.get("iteration", k)), r.get(name)) for k, r in enumerate(history)]

@@ -31,6 +31,7 @@ def check_rows(package: WrittenPackage, measured: Measured, findings: Findings) 
         if rails is not None:
             _bent(package, mark, row, rails, measured, findings)
     _beams(package, measured, findings)
+    _cells(package, measured, findings)
     _setout(package, measured, findings)
 
 
@@ -171,6 +172,15 @@ def _beams(package: WrittenPackage, measured: Measured, findings: Findings) -> N
             findings.near(mark, "plates in plates.csv", len(own), count, 0.0)
         if mass is not None and own:
             findings.near(mark, "mass_kg of its plates", sum(masses), mass, 1e-3 * sum(masses))
+
+
+def _cells(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """A cell's volume and centre are its solid's."""
+    for row in package.tables["cells"]:
+        mark, stated = row.get("mark", ""), number(row, "volume_m3")
+        if mark in measured.volumes and stated is not None:
+            found = measured.volumes[mark] / 1e9
+            findings.near(mark, "volume_m3 of its solid", found, stated, MASS * found + 1e-6)
 
 
 def _setout(package: WrittenPackage, measured: Measured, findings: Findings) -> None:

@@ -85,7 +85,7 @@ def _names(package: WrittenPackage, measured: Measured, findings: Findings) -> N
     """Marks of the model against marks of the schedules."""
     tables = package.tables
     expected = {row.get("mark", "") for row in (*tables["panels"], *tables["plates"])}
-    expected |= {row.get("mark", "") for row in tables["connectors"]}
+    expected |= {row.get("mark", "") for row in (*tables["connectors"], *tables["cells"])}
     for mark in sorted(expected):
         count = measured.names.get(mark, 0)
         if count != 1:

@@ -53,7 +53,8 @@ def _verdicts(package: WrittenPackage, review: dict[str, Any], findings: Finding
     ]
     parts = review.get("parts") or {}
     failed = 0
-    rows = {**package.cut_rows, **{r.get("mark", ""): r for r in package.tables["beams"]}}
+    others = (*package.tables["beams"], *package.tables["cells"])
+    rows = {**package.cut_rows, **{row.get("mark", ""): row for row in others}}
     for mark, part in parts.items():
         figures = {k: v for k, v in part.items() if isinstance(v, int | float)}
         verdict, _ = judge(limits, figures)

@@ -21,7 +21,7 @@ class Column(NamedTuple):
 
 def _columns(text: str) -> tuple[Column, ...]:
     """Columns from words: ``name:decimals``; the unit is read off the name's last part."""
-    units = {"mm": "mm", "deg": "°", "m2": "m²", "m": "m", "kg": "kg"}
+    units = {"mm": "mm", "deg": "°", "m2": "m²", "m3": "m³", "m": "m", "kg": "kg"}
     result = []
     for word in text.split():
         name, _, decimals = word.partition(":")
@@ -48,6 +48,10 @@ BEAMS = _columns(
     "cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 box_length_mm:1 box_width_mm:1 box_height_mm:1 transport "
     "erection_order:0 verdict reason"
 )
+CELLS = _columns(
+    "mark strip:0 cell:0 volume_m3:6 cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 "
+    "box_length_mm:1 box_width_mm:1 box_height_mm:1 transport erection_order:0 verdict reason"
+)
 CONNECTORS = _columns(
     "mark product panel beam x_mm:3 y_mm:3 z_mm:3 axis_x:6 axis_y:6 axis_z:6 mass_kg:3"
 )
@@ -61,6 +65,7 @@ TABLES: dict[str, tuple[Column, ...]] = {
     "panels": PANELS,
     "plates": PLATES,
     "beams": BEAMS,
+    "cells": CELLS,
     "connectors": CONNECTORS,
     "sheets": SHEETS,
     "bom": BOM,

@@ -140,7 +140,7 @@ def camber_table(paper: Paper, x: float, y: float, part: FlatPart, stations: int
     heads = (part.mark, *("" for _ in range(stations - 1)))
     lines = [
         tuple(f"{s:.0f}" for s in sites),
-        tuple(f"{h:.1f}" for h in heights),
+        tuple(f"{h + 0.0:.1f}" for h in np.round(heights, 1)),
     ]
     return paper.table(x, y, heads, lines, (32.6,) * stations)
 

@@ -80,7 +80,7 @@ class WrittenPackage:
         """All schedules by name."""
         return {
             name: self.table(name)
-            for name in ("panels", "plates", "beams", "connectors", "sheets", "bom")
+            for name in ("panels", "plates", "beams", "cells", "connectors", "sheets", "bom")
         }
 
     @cached_property

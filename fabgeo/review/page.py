@@ -21,7 +21,7 @@ from fabgeo.review.page_flats import flat_symbols, sheet_pictures
 from fabgeo.review.picture import picture_of, view_of
 from fabgeo.review.record import ReviewRecord, Row
 from fabgeo.review.schedules import tables_of
-from fabgeo.review.verdicts import judged, review_of
+from fabgeo.review.verdicts import judged, package_verdicts, review_of
 
 SCRIPTS = ("colour.js", "view.js", "table.js", "detail.js", "main.js")
 FAMILIES = ("panels", "cells", "beams", "connectors")
@@ -164,10 +164,13 @@ def _connectors(record: ReviewRecord) -> dict[str, Any]:
 def _head(record: ReviewRecord, review: dict[str, Any]) -> str:
     """Verdict summary: counts by verdict and the worst parts with their reasons."""
     parts = review["parts"]
+    whole = {k: own for k, own in package_verdicts(review).items() if own[0] in ("warn", "fail")}
+    broken = [key for key, (verdict, _) in whole.items() if verdict == "fail"]
     counts = {key: sum(p["verdict"] == key for p in parts.values()) for key in palette.SIGNS}
-    worst = "fail" if counts["fail"] else "warn" if counts["warn"] else "good"
+    worst = "fail" if counts["fail"] or broken else "warn" if counts["warn"] else "good"
     words = {
-        "fail": f"{counts['fail']} of {len(parts)} parts fail a limit",
+        "fail": f"{counts['fail']} of {len(parts)} parts fail a limit"
+        + (f"; over the whole package {', '.join(broken)}" if broken else ""),
         "warn": f"No part fails; {counts['warn']} of {len(parts)} parts carry a warning",
         "good": "All figures are within their limits"
         if counts["good"]
@@ -181,12 +184,16 @@ def _head(record: ReviewRecord, review: dict[str, Any]) -> str:
     bad = [(m, p) for m, p in parts.items() if p["verdict"] in ("fail", "warn")]
     bad.sort(key=lambda item: (item[1]["verdict"] != "fail", item[0]))
     lines = "".join(
+        f'<li class="{verdict}"><b>{palette.SIGNS[verdict]} package</b> {svg.text(reason)}</li>'
+        for verdict, reason in whole.values()
+    )
+    lines += "".join(
         f'<li class="{p["verdict"]}"><button class="mark" data-mark="{svg.text(m)}">'
         f"{palette.SIGNS[p['verdict']]} {svg.text(m)}</button> {svg.text(p['reason'])}</li>"
         for m, p in bad[:60]
     )
     more = f"<p class=note>and {len(bad) - 60} more: filter the tables.</p>" if bad[60:] else ""
-    why = f'<ul class="reasons">{lines}</ul>{more}' if bad else ""
+    why = f'<ul class="reasons">{lines}</ul>{more}' if lines else ""
     asked = ", ".join(record.not_asked)
     absent = f"<p class=note>Not asked for: {svg.text(asked)}.</p>" if asked else ""
     return (
@@ -197,9 +204,17 @@ def _head(record: ReviewRecord, review: dict[str, Any]) -> str:
 
 def _summary(review: dict[str, Any]) -> str:
     rows = []
+    verdicts = package_verdicts(review)
     for key, value in review["summary"].items():
         shown = "not asked for" if value is None else f"{value:.6g}"
-        rows.append(f"<tr><th scope=row>{svg.text(key)}</th><td>{shown}</td></tr>")
+        verdict, _ = verdicts.get(key, ("not asked", ""))
+        limit = review["limits"].get(key, {}).get("good")
+        judged_by = "" if limit is None or value is None else f"limit {limit:g}"
+        sign = "" if verdict == "not asked" else f"{palette.SIGNS[verdict]} {verdict}"
+        rows.append(
+            f"<tr><th scope=row>{svg.text(key)}</th><td>{shown}</td>"
+            f"<td>{judged_by}</td><td>{sign}</td></tr>"
+        )
     seconds = "".join(
         f"<tr><th scope=row>{svg.text(stage)}</th><td>{value:.2f} s</td></tr>"
         for stage, value in review["seconds"].items()

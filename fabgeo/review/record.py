@@ -170,7 +170,7 @@ class ReviewRecord:
     ----------
     name, unit, version : str
         Project name, the unit of its input, the version of fabgeo.
-    panels, plates, beams, connectors : tuple of Row
+    panels, plates, beams, connectors, cells : tuple of Row
         The schedules; verdict and reason columns are added by `fabgeo.review.verdicts.judged`.
     shown : tuple of Shown
         Panels, cells and beam plates to draw; connectors are in `shown_connectors`.
@@ -200,6 +200,7 @@ class ReviewRecord:
     plates: tuple[Row, ...] = ()
     beams: tuple[Row, ...] = ()
     connectors: tuple[Row, ...] = ()
+    cells: tuple[Row, ...] = ()
     shown: tuple[Shown, ...] = ()
     shown_connectors: tuple[ShownConnector, ...] = ()
     flats: Mapping[str, FlatPart] = field(default_factory=dict)

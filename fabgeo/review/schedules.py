@@ -56,6 +56,7 @@ def tables_of(record: ReviewRecord) -> dict[str, list[Row]]:
         "panels": list(record.panels),
         "plates": list(record.plates),
         "beams": list(record.beams),
+        "cells": list(record.cells),
         "connectors": list(record.connectors),
         "sheets": sheet_rows(record),
         "bom": bom_rows(record),

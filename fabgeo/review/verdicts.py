@@ -66,13 +66,15 @@ def judged(record: ReviewRecord) -> ReviewRecord:
         panels=rows(record.panels),
         plates=rows(record.plates),
         beams=rows(record.beams),
+        cells=rows(record.cells),
     )
 
 
 def review_of(record: ReviewRecord) -> dict[str, Any]:
     """The contents of checks/review.json (handover.md); null where a figure was not asked for."""
     record = judged(record)
-    rows = {str(r["mark"]): r for t in (record.panels, record.plates, record.beams) for r in t}
+    tables = (record.panels, record.plates, record.beams, record.cells)
+    rows = {str(row["mark"]): row for table in tables for row in table}
     parts: dict[str, dict[str, Any]] = {}
     for mark in sorted({*rows, *record.figures}):
         figures = record.figures.get(mark, {})
@@ -98,6 +100,17 @@ def review_of(record: ReviewRecord) -> dict[str, Any]:
     return {"summary": summary, "limits": limits, "parts": parts, "seconds": seconds}
 
 
+def package_verdicts(review: Mapping[str, Any]) -> dict[str, tuple[Verdict, str]]:
+    """Verdict and reason on every figure of review.json's summary that has a limit."""
+    found: dict[str, tuple[Verdict, str]] = {}
+    for key, own in review["limits"].items():
+        value = review["summary"].get(key)
+        if value is not None:
+            limit = Limit(key, own["good"], own["warn"], sense=own["sense"])
+            found[key] = judge([limit], {key: value})
+    return found
+
+
 def write_review(path: Path, record: ReviewRecord) -> dict[str, Any]:
     """Write checks/review.json and return what was written."""
     review = review_of(record)
@@ -110,10 +123,8 @@ def write_review(path: Path, record: ReviewRecord) -> dict[str, Any]:
 def _with_verdict(row: Row, found: tuple[Verdict, str] | None) -> Row:
     own: Verdict = row.get("verdict") or "not asked"
     verdict, reason = found or ("not asked", "")
-    if ORDER.index(own) > ORDER.index(verdict):
-        reason = "; ".join(filter(None, [str(row.get("reason") or ""), reason]))
-        verdict = own
-    return {**row, "verdict": verdict, "reason": reason}
+    words = "; ".join(filter(None, [reason, str(row.get("reason") or "")]))
+    return {**row, "verdict": max(own, verdict, key=ORDER.index), "reason": words}
 
 
 def _plain(value: Any) -> Any:
