@@ -148,7 +148,8 @@ def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> OwnC
         for edge, tilt in wishes:
             at = samples if edge is None else samples.thinned()
             targets = targets_of(at, tolerances.deviation_mm, edge, tilt, swing)
-            near = fit(targets, near, name, size)
+            # Norms from the second fit on begin where the fit before them ended.
+            near = fit(targets, near, name, size, (2.0, 4.0, 16.0) if edge is None else (4.0, 16.0))
             if edge is None:
                 fits.append(near)
                 possible[:, kind] = power_mean(targets.residuals(near)[0]) <= 1.0

@@ -14,13 +14,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fabgeo.arrays import Array, IntArray
+from fabgeo.arrays import Array, BoolArray, IntArray
 from fabgeo.panels.candidates import allowed, measured, own_candidates, targets_of
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.classify import PanelChoice, describe
 from fabgeo.panels.coordinate import Coordination
+from fabgeo.panels.distinct import Distinct
 from fabgeo.panels.fit_shape import fit
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.integer import IntegerChoice, solve
@@ -32,6 +34,7 @@ from fabgeo.panels.radii import fewest, nearest
 from fabgeo.panels.samples import PanelInput
 
 _FITTED = len(CLASSES) - 1
+_FINE = 0.05  # of the gap limit: candidates closer than that are one
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ def choose(
     began = time.perf_counter()
     tolerances, costs = tolerances or Tolerances(), costs or Costs()
     search = _Search(panels, tolerances, costs, seconds)
-    one_by_one = search.current
+    one_by_one = search.cost
     if radii is not None:
         search.limit_radii(radii)
     search.settle()
@@ -116,7 +119,6 @@ def choose(
         history.append(search.cost)
         if history[-1] > history[-2] * (1.0 - 5e-4):
             break
-    by_kind = costs.by_kind
     chosen = describe(
         panels,
         search.own,
@@ -132,7 +134,7 @@ def choose(
         cost=search.cost,
         bound=result.bound,
         floor=search.floor,
-        one_by_one=float(by_kind[search.pool.kind[one_by_one]].sum()),
+        one_by_one=one_by_one,
         candidates=len(search.pool),
         status=result.status,
         history=tuple(history),
@@ -150,6 +152,10 @@ class _Search:
         self.own = own_candidates(panels, tolerances)
         self.pool, self.samples = self.own.pool, self.own.samples
         self.radii: Array = np.zeros(0)
+        self.distinct = Distinct(self.samples, _FINE * tolerances.gap_mm)
+        # Random numbers that stand for candidates: sums of them tell sets apart.
+        self.names = np.random.default_rng(0).integers(1, 2**63, 2**20, dtype=np.uint64)
+        self.tried: dict[int, NDArray[np.uint64]] = {}
         self.patches = [panel.patch for panel in panels]
         self.joints = joints_of(panels)
         self.coordination = Coordination(self.samples, self.joints, tolerances)
@@ -183,6 +189,7 @@ class _Search:
         else:
             self.radii = np.array(radii, dtype=float)
         self.pool = self.pool[np.flatnonzero(self.pool.kind != k)]
+        self.distinct = Distinct(self.samples, _FINE * self.tolerances.gap_mm)
         for near in self._rolled(np.arange(len(self.samples)), best):
             self._add_as_they_are(np.arange(len(self.samples)), k, near)
         self.pairs = pairs_of(self.pool, self.joints, self.tolerances)
@@ -223,7 +230,7 @@ class _Search:
         carriers = self.pool.carriers[self.current]
         price = self.costs.by_kind
         for k in range(_FITTED):
-            cheaper = self.own.possible[:, k] & (price[k] < price[kind])
+            cheaper = self.own.possible[:, k] & (price[k] < price[kind]) & self._moved(k)
             index = np.flatnonzero(cheaper)
             if len(index) == 0:
                 continue
@@ -238,6 +245,17 @@ class _Search:
             for each in range(_FITTED):
                 self._add(np.flatnonzero(mixed == each), each, stand)
         return len(self.pool) > before
+
+    def _moved(self, k: int) -> BoolArray:
+        """Panels some of whose neighbours stand otherwise than when class k was last tried."""
+        around = np.zeros(len(self.samples), dtype=np.uint64)
+        names = self.names[self.current % len(self.names)]
+        for side in (0, 1):
+            panel, other = self.joints.panels[:, side], self.joints.panels[:, 1 - side]
+            np.add.at(around, panel, names[other])
+        moved = around != self.tried.get(k, np.zeros_like(around))
+        self.tried[k] = around
+        return moved
 
     def choose(self) -> IntegerChoice:
         """Solve the integer programme over the pool as it is."""
@@ -259,7 +277,8 @@ class _Search:
 
     def _add_as_they_are(self, index: IntArray, k: int, carriers: Carriers) -> None:
         found = measured(index, k, carriers[index], self.samples[index])
-        self.pool = self.pool.with_more(allowed(found, self.patches, self.tolerances))
+        both = self.pool.with_more(allowed(found, self.patches, self.tolerances))
+        self.pool = both[self.distinct.kept(both, len(self.pool))]
 
 
 def _scatter(carriers: Carriers, index: IntArray, values: Carriers) -> Carriers:
