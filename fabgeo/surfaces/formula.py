@@ -224,9 +224,11 @@ class FormulaChart:
             bad |= ~np.isfinite(np.stack([jet.f, jet.u, jet.v, jet.uu, jet.uv, jet.vv])).all(axis=0)
         if bad.any():
             at = int(np.argmax(bad))
-            name = next(
-                (f.name for f, j in values if not np.isfinite(j.f[at])),
-                next(f.name for f, j in values if not np.isfinite(j.uu[at] + j.uv[at] + j.vv[at])),
+            name = next(  # the first that has no value, else the first that has no derivative
+                formula.name
+                for parts in (("f",), ("u", "v", "uu", "uv", "vv"))
+                for formula, jet in values
+                if not all(np.isfinite(getattr(jet, part)[at]) for part in parts)
             )
             raise InputError(
                 f"formula {name}",
