@@ -14,7 +14,6 @@ from fabgeo.build.progress import Clock
 from fabgeo.cad import kernel
 from fabgeo.cad.assembly import CLASS_COLOURS, FAMILY_COLOURS, Node
 from fabgeo.cad.measure import check_solid
-from fabgeo.cad.plates import plate_solid
 from fabgeo.cad.solids import prism_solid
 from fabgeo.errors import FabgeoError
 from fabgeo.structures.parts import Cell, Plate
@@ -52,7 +51,7 @@ def _built(part: Part) -> Built:
     try:
         prism = part.prism if isinstance(part, Cell) else plate_prism(part)
         holes = () if isinstance(part, Cell) else part.holes
-        shape = prism_solid(prism) if isinstance(part, Cell) else plate_solid(part)
+        shape = prism_solid(prism, holes=holes)
         report = check_solid(shape)
         expected = prism_properties(prism).volume
         error = None if holes else abs(report.volume - expected) / expected

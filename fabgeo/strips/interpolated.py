@@ -110,14 +110,17 @@ def halved(knots: Array) -> Array:
     return np.sort(np.concatenate([knots, (spans[1:] + spans[:-1]) / 2.0]))
 
 
-def knots_between(u0: float, u1: float, least: int = 2) -> Array:
-    """Clamped knots on [u0, u1] with the integers between as simple knots, at least so many spans.
+def knots_between(u0: float, u1: float, least: int = 2, multiplicity: int = 1) -> Array:
+    """Clamped knots on [u0, u1] with the integers between as knots, at least so many spans.
+
+    What is made of a model's tangents is smooth but at the model's own knots, where only its first
+    derivative is continuous: with `multiplicity` 2 there, few spans reach a tolerance.
 
     A cut a hair beside an integer gives no sliver span: integers nearer than 0.02 are left out.
     """
     tiny = 0.02
     integers = np.arange(np.ceil(u0 + tiny), np.floor(u1 - tiny) + 1.0)
-    knots = np.concatenate([[u0] * 4, integers, [u1] * 4])
+    knots = np.concatenate([[u0] * 4, np.repeat(integers, multiplicity), [u1] * 4])
     while len(np.unique(knots)) - 1 < least:
         knots = halved(knots)
     return knots

@@ -277,7 +277,7 @@ def _segment(
         ends.append(face)
     if ends[1] <= ends[0]:
         raise GeometryError(mark, "its end plates and gaps leave nothing of it", "cut longer")
-    knots = knots_between(ends[0], ends[1])
+    knots = knots_between(ends[0], ends[1], multiplicity=2)
     body = _body(line, knots, tolerance, mark)
     info = _info(line, ends[0], ends[1], body)
     return Beam(mark, line.edge, ends[0], ends[1], (*body, *plates), info)

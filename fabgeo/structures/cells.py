@@ -1,16 +1,18 @@
 """Box-shell cells between a model and its offset (paper section 3, Fig. 6).
 
-Every offset edge curve is computed once for the whole model and clipped exactly, so neighbouring
-cells share their faces to the last digit: the same knots, the same poles.
+All edge curves and their offsets between two ruling polygons are interpolated at once on common
+knots, so neighbouring cells share their faces to the last digit: the same knots, the same poles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
-from fabgeo import spline
+from fabgeo.arrays import Array
+from fabgeo.strips.interpolated import Interpolated, interpolated, knots_between
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures.parts import Cell, Prism
@@ -35,18 +37,22 @@ def cells(
         If the model has no offset (neither conical nor circular), or a cell folds.
     """
     pair = offset(model, distance, tolerance) if pair is None else pair
-    return [_cell(pair, patch) for patch in patches]
+
+    def curves(u: Array) -> Array:
+        p = model.points(u)
+        return np.concatenate([p, p + distance * pair.axes(u)])
+
+    @cache
+    def between(u0: float, u1: float) -> Interpolated:
+        knots = knots_between(u0, u1, multiplicity=2)
+        return interpolated(curves, knots, tolerance, f"cells from u = {u0:.4g} to {u1:.4g}")
+
+    return [_cell(model, patch, between(patch.u0, patch.u1)) for patch in patches]
 
 
-def _cell(pair: Offset, patch: Patch) -> Cell:
-    i = patch.strip
-    j = (i + 1) % pair.base.edges if pair.base.closed_i else i + 1
-    control = np.stack(
-        [pair.base.control[i], pair.base.control[j], pair.model.control[j], pair.model.control[i]]
-    )
-    knots, poles = spline.clip(
-        control, pair.base.closed_u, patch.u0 * pair.factor, patch.u1 * pair.factor
-    )
-    prism = Prism(f"C-{patch.tag}", knots, poles)
+def _cell(model: StripModel, patch: Patch, made: Interpolated) -> Cell:
+    i, count = patch.strip, model.edges
+    j = (i + 1) % count
+    prism = Prism(f"C-{patch.tag}", made.knots, made.poles[[i, j, j + count, i + count]])
     refuse_folded(prism)
     return Cell(prism.mark, patch, prism)

@@ -10,8 +10,9 @@ from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, unit
 from fabgeo.strips.frames import cross
-from fabgeo.structures.connectors import Fixing
+from fabgeo.structures.connectors import Fixing, pierce
 from fabgeo.structures.parts import Beam, Connector, Plate
+from fabgeo.structures.prisms import ruled_normals
 
 
 @dataclass(frozen=True)
@@ -30,27 +31,66 @@ def clashes(
     panels: Sequence[Plate],
     beams: Sequence[Beam],
 ) -> list[Clash]:
-    """Fixings that overlap each other, stick out of their panel, or overhang their flange."""
+    """Fixings that overlap, leave their panel or overhang their flange; flanges in panels."""
     plates = {panel.mark: panel for panel in panels}
     flanges = {
         beam.mark: plate for beam in beams for plate in beam.plates if plate.role == "flange_outer"
     }
     found = _between(connectors, products, plates)
+    over = sorted({(c.panel, c.beam) for c in connectors})
+    for panel, beam in over:
+        room = clear_distance(plates[panel], flanges[beam])
+        if room < 0.0:
+            found.append(Clash(panel, beam, "the flange touches the panel", -room))
+    edges = {
+        mark: plate.mid.edges(plate.mid.parameters(8))
+        for plate_of in (plates, flanges)
+        for mark, plate in plate_of.items()
+    }
     for connector in connectors:
         fixing = products[connector.product]
         frame = connector.frame
         height = (fixing.stand_off + plates[connector.panel].thickness / 2.0) * frame[:3, 2]
-        room = edge_room(plates[connector.panel], frame[:3, 3] + height)
+        room = edge_room(edges[connector.panel], frame[:3, 3] + height)
         if room < fixing.disc_diameter / 2.0:
             depth = fixing.disc_diameter / 2.0 - room
             found.append(Clash(connector.mark, connector.panel, "disc beyond panel edge", depth))
         corners = base_corners(frame, fixing)
-        room = min(edge_room(flanges[connector.beam], corner) for corner in corners)
+        room = min(edge_room(edges[connector.beam], corner) for corner in corners)
         if room < 0.0:
             found.append(
                 Clash(connector.mark, connector.beam, "base plate overhangs its flange", -room)
             )
     return found
+
+
+def clear_distance(panel: Plate, flange: Plate) -> float:
+    """Least distance in mm of a panel's face from a flange's face below it; negative: they meet.
+
+    Measured along the flange's normals from its middle line and both its edges; infinite where
+    none of it lies below the panel.
+    """
+    u = flange.mid.parameters(2)
+    first, second = flange.mid.edges(u)
+    points = np.concatenate([first, (first + second) / 2.0, second])
+    normals = np.tile(ruled_normals(flange.mid, u), (3, 1))
+    grid = panel.mid.parameters(2)
+    sides = panel.mid.edges(grid)
+    apart = np.linalg.norm(points[:, None, None] - sides, axis=-1).min(axis=1)
+    nearest = np.argmin(apart, axis=1)
+    span = float(np.linalg.norm(np.diff(sides, axis=1), axis=-1).max())
+    close = apart.min(axis=1) < span + float(np.linalg.norm(second - first, axis=-1).max())
+    if not close.any():
+        return np.inf
+    points, normals, guess = points[close], normals[close], grid[nearest[close]]
+    at, v, h = pierce(panel.mid, points, normals, guess)
+    below = (at >= panel.mid.u0) & (at <= panel.mid.u1) & (v >= 0.0) & (v <= 1.0)
+    if not below.any():
+        return np.inf
+    cosine = np.abs(np.sum(ruled_normals(panel.mid, at[below]) * normals[below], axis=-1))
+    height = h[below] * np.sign(np.median(h[below]))
+    thick = flange.thickness + panel.thickness
+    return float((height * cosine).min() - thick / 2.0)
 
 
 def base_corners(frame: Array, fixing: Fixing) -> Array:
@@ -62,16 +102,15 @@ def base_corners(frame: Array, fixing: Fixing) -> Array:
     )
 
 
-def edge_room(plate: Plate, point: Array) -> float:
+def edge_room(edges: Array, point: Array) -> float:
     """Distance from a point to the nearest edge of a plate, within its tangent plane there.
 
-    Negative outside.
+    Negative outside. `edges` (2, k, 3) are points of its edge curves.
     """
-    u = plate.mid.parameters(8)
-    a, b = plate.mid.edges(u)
+    a, b = edges
     outline = np.concatenate([a, b[::-1]])
     k = int(np.argmin(np.linalg.norm((a + b) / 2.0 - point, axis=1)))
-    k = min(max(k, 0), len(u) - 2)
+    k = min(k, len(a) - 2)
     e = unit(b[k] - a[k])
     along: Array = a[k + 1] + b[k + 1] - a[k] - b[k]
     side = unit(along - (along @ e) * e)

@@ -102,37 +102,44 @@ def _sites(prism: Prism) -> tuple[Array, Array]:
     return u.ravel(), (half * _WEIGHTS).ravel()
 
 
-def _curves(prism: Prism, u: Array, derivative: int = 0) -> Array:
-    curve = BSpline(prism.knots, np.moveaxis(prism.poles, 1, 0), 3)
-    return np.moveaxis(np.asarray(curve(u, derivative), dtype=np.float64), 0, 1)
+def _curves(prism: Prism, u: Array) -> tuple[Array, Array]:
+    """Points and u-derivatives (N, k, 3) of the edge curves."""
+    poles = np.ascontiguousarray(prism.poles.swapaxes(0, 1))
+    curve = BSpline.construct_fast(prism.knots, poles, 3)
+    p, dp = (np.asarray(curve(u, k), dtype=np.float64).swapaxes(0, 1) for k in (0, 1))
+    return p, dp
+
+
+# Bilinear weights of the four curves, and their derivatives in v and w, at 5 x 5 Gauss points.
+_S, _SW = (_NODES + 1.0) / 2.0, _WEIGHTS / 2.0
+_V, _W = (x.ravel() for x in np.meshgrid(_S, _S, indexing="ij"))
+_SHAPE = np.stack([(1 - _V) * (1 - _W), _V * (1 - _W), _V * _W, (1 - _V) * _W])
+_ALONG_V = np.stack([-(1 - _W), 1 - _W, _W, -_W])
+_ALONG_W = np.stack([-(1 - _V), -_V, _V, 1 - _V])
+_SECTION = np.outer(_SW, _SW).ravel()
 
 
 def _quad_properties(prism: Prism) -> tuple[float, Array, float]:
     u, weight = _sites(prism)
-    s, sw = (_NODES + 1.0) / 2.0, _WEIGHTS / 2.0
-    v, w = np.meshgrid(s, s, indexing="ij")
-    shape = np.stack([(1 - v) * (1 - w), v * (1 - w), v * w, (1 - v) * w])  # curve by section
-    along_v = np.stack([-(1 - w), 1 - w, w, -w])
-    along_w = np.stack([-(1 - v), -v, v, 1 - v])
-    p, dp = _curves(prism, u), _curves(prism, u, 1)
-    x = np.einsum("nkd,nvw->kvwd", p, shape)
-    xu = np.einsum("nkd,nvw->kvwd", dp, shape)
-    xv = np.einsum("nkd,nvw->kvwd", p, along_v)
-    xw = np.einsum("nkd,nvw->kvwd", p, along_w)
+    spans = np.unique(prism.knots)
+    corners = np.concatenate([spans, (spans[1:] + spans[:-1]) / 2.0])
+    points, rates = _curves(prism, np.concatenate([u, corners]))
+    p, dp = (np.moveaxis(x[:, : len(u)], 0, 2) for x in (points, rates))  # (k, 3, curves)
+    x, xu, xv, xw = (
+        np.moveaxis(a @ b, 1, 2)
+        for a, b in ((p, _SHAPE), (dp, _SHAPE), (p, _ALONG_V), (p, _ALONG_W))
+    )
     det = dot(cross(xu, xv), xw)
-    measure = det * weight[:, None, None] * (sw[:, None] * sw)
+    measure = det * weight[:, None] * _SECTION
     volume = float(measure.sum())
-    centre = np.einsum("kvw,kvwd->d", measure, x) / volume
-    ends = _corner_determinants(prism)
+    centre = np.sum(measure[..., None] * x, axis=(0, 1)) / volume
+    ends = _corner_determinants(points[:, len(u) :], rates[:, len(u) :])
     sign = np.sign(volume)
     return volume, centre, float(min((sign * det).min(), (sign * ends).min()) / np.abs(det).mean())
 
 
-def _corner_determinants(prism: Prism) -> Array:
-    """Jacobians along the four edge curves themselves, ends and knots included."""
-    spans = np.unique(prism.knots)
-    u = np.sort(np.concatenate([spans, (spans[1:] + spans[:-1]) / 2.0]))
-    p, dp = _curves(prism, u), _curves(prism, u, 1)
+def _corner_determinants(p: Array, dp: Array) -> Array:
+    """Jacobians along the four edge curves themselves."""
     xv = np.stack([p[1] - p[0], p[1] - p[0], p[2] - p[3], p[2] - p[3]])
     xw = np.stack([p[3] - p[0], p[2] - p[1], p[2] - p[1], p[3] - p[0]])
     return dot(cross(dp, xv), xw)
@@ -141,13 +148,12 @@ def _corner_determinants(prism: Prism) -> Array:
 def _polygon_properties(prism: Prism) -> tuple[float, Array, float]:
     """Sum of the wedges between the section's centroid and its sides."""
     u, weight = _sites(prism)
-    p, dp = _curves(prism, u), _curves(prism, u, 1)
+    p, dp = _curves(prism, u)
     o, do = p.mean(axis=0), dp.mean(axis=0)
     q, dq = np.roll(p, -1, axis=0), np.roll(dp, -1, axis=0)
-    s, sw = (_NODES + 1.0) / 2.0, _WEIGHTS / 2.0
     total, moment, slices = 0.0, np.zeros(3), []
-    for a, wa in zip(s, sw, strict=True):  # x = o + a (p - o) + a b (q - p): a triangle's map
-        for b, wb in zip(s, sw, strict=True):
+    for a, wa in zip(_S, _SW, strict=True):  # x = o + a (p - o) + a b (q - p): a triangle's map
+        for b, wb in zip(_S, _SW, strict=True):
             side = p - o + b * (q - p)
             x = o + a * side
             xu = do + a * (dp - do + b * (dq - dp))
