@@ -243,6 +243,7 @@ class Project(Table):
     @field_validator("name")
     @classmethod
     def _plain_name(cls, name: str) -> str:
+    ifc: bool = False
         if not re.fullmatch(r"[\w .,()+-]+", name) or name.strip(" .") != name:
             raise ValueError("use letters, digits, spaces and . , ( ) + - only")
         return name

@@ -17,7 +17,7 @@ from fabgeo.arrays import Array, dot
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.cad.assembly import Node
-from fabgeo.cad.measure import check_solid
+from fabgeo.cad.measure import is_closed, is_valid
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold_certificate import hermite_length
 from fabgeo.project import Project
@@ -152,7 +152,8 @@ def summary_of(
     out["kink_added_deg"] = max((c.kink_added_deg for c in design.choices.values()), default=None)
     out["shared_edge_error_mm"] = shared_edge_error(design, flats)
     of_product = {key: list(_shapes(node)) for key, node in products.items()}
-    unsound = sum(not check_solid(shape).sound for own in of_product.values() for shape in own)
+    distinct = {hash(shape): shape for own in of_product.values() for shape in own}
+    unsound = sum(not (is_valid(shape) and is_closed(shape)) for shape in distinct.values())
     placed = sum(len(of_product[connector.product]) for connector in design.connectors)
     out["solids"] = placed + sum(1 for b in built.values() if b.data)
     out["invalid_solids"] = unsound + sum(

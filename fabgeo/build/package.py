@@ -200,6 +200,10 @@ def _write_pages(folder: Folder, record: ReviewRecord, project: Project) -> None
 
         write_panel_drawings(folder.place("drawings/panels.pdf"), record)
 
+    if project.ifc:
+        from fabgeo.review.ifc import write_ifc
+
+        write_ifc(folder.place("model/facade.ifc"), record)
 
 def not_asked(project: Project) -> tuple[str, ...]:
     """Stages that the project does not ask for."""
