@@ -77,7 +77,11 @@ class Strips(Table):
 
 
 class Panels(Table):
-    """Panels on the strips: length along the strip, joint, layers and class tolerances."""
+    """Panels on the strips: length along the strip, joint, layers and class tolerances.
+
+    `trim` cuts panels along the boundary of the surface where the model overhangs it; absent: yes,
+    unless cells or beams go on below them.
+    """
 
     length: Positive | None = None
     count: Count | None = None
@@ -92,7 +96,7 @@ class Panels(Table):
     radii: list[Positive] | None = None
     costs: dict[Literal["flat", "cylinder", "cone", "developable"], Positive] = {}
     layers: list[Layer] = []
-    trim: bool = False
+    trim: bool | None = None
 
 
 class Layer(Table):
@@ -239,11 +243,11 @@ class Project(Table):
     materials: dict[str, Material] = {}
     stock: list[StockSheet] = []
     drawings: bool = True
+    ifc: bool = False
 
     @field_validator("name")
     @classmethod
     def _plain_name(cls, name: str) -> str:
-    ifc: bool = False
         if not re.fullmatch(r"[\w .,()+-]+", name) or name.strip(" .") != name:
             raise ValueError("use letters, digits, spaces and . , ( ) + - only")
         return name

@@ -21,6 +21,7 @@ from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.solids import solids_of
 from fabgeo.build.surface import surface_of
+from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.fitting.starts import Start
 from fabgeo.project import Project, read_project
 from fabgeo.strips.model import Patch, StripModel
@@ -78,6 +79,9 @@ def design(
         )
         layers = layers_of(project, model, patches)
     made = Design(project, surface, initial, fitted, model, patches, panels, choices, layers)
+    if trims_panels(project, initial):
+        with clock.stage("trim"):
+            made = trimmed(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
             made = replace(made, **structure_of(project, model, patches))

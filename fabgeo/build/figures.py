@@ -48,6 +48,9 @@ def model_figures(design: Design) -> tuple[dict[str, float | None], Measures]:
         "deviation_max_mm": found.deviation_max.value if found.deviation_max else None,
         "deviation_rms_mm": found.deviation_rms,
         "deviation_over_sag_limit": found.deviation_over_sag_limit,
+        "surface_to_model_max_mm": found.surface_to_model_max,
+        "covered_share": found.covered_share,
+        "folds": float(len(found.folds)),
         "twist_max_deg": found.twist_deg.value,
         "kink_max_deg": found.kink_across_deg.value if found.kink_across_deg else None,
         "conical_residual": (
@@ -251,6 +254,7 @@ def limits_of(project: Project) -> tuple[Limit, ...]:
     asked += [(key, getattr(given, key), None, label, key) for key, label in plain.items()]
     out = [limit(*row) for row in asked]
     for key, label in (
+        ("folds", "Folded strips"),
         ("invalid_solids", "Invalid solids"),
         ("unplaced_parts", "Parts not nested"),
     ):

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from fabgeo.build.trimming import Trims
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.fitting.starts import Start
@@ -63,6 +64,8 @@ class Design:
         Where no fixing could be placed, and clashes.
     pair : Offset or None
         The offset pair that bounds the cells.
+    trims : Trims or None
+        What became of the panels that overhang the surface's boundary; None if none was cut.
     """
 
     project: Project
@@ -81,6 +84,7 @@ class Design:
     products: Mapping[str, Fixing] = field(default_factory=dict)
     complaints: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     pair: Offset | None = None
+    trims: Trims | None = None
 
     @property
     def plates(self) -> tuple[Plate, ...]:

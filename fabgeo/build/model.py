@@ -17,6 +17,8 @@ from fabgeo.strips.frames import frames
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
+SAFETY = 0.75
+
 
 def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
     """The initial strip model that the project's [strips] asks for."""
@@ -37,14 +39,27 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
 def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitResult:
     """The model fitted to the surface, or to its continuation where the start overhangs it."""
     clock = clock or Clock()
-    options = FitOptions(
-        boundary=project.strips.boundary, weights=Weights(anchor=project.strips.anchor)
-    )
+    options = options_of(project)
 
     def listen(news: Any) -> None:
         clock.tell(f"stage {news.stage}, {news.segments} segments, step {news.iteration}")
 
     return fit(initial.reference, initial.model, project.strips.kind, options, listen)
+
+
+def options_of(project: Project) -> FitOptions:
+    """What the fit has to reach, by the project's limits; its own where the project sets none.
+
+    Three quarters of them: they are measured more densely than the fit looks.
+    """
+    asked, own = project.limits, FitOptions()
+    twist = asked.twist_max_deg
+    return FitOptions(
+        twist_limit_deg=own.twist_limit_deg if twist is None else SAFETY * twist,
+        kind_limit_deg=min(own.kind_limit_deg, SAFETY * np.degrees(asked.conical_residual)),
+        boundary=project.strips.boundary,
+        weights=Weights(anchor=project.strips.anchor),
+    )
 
 
 def outwards(model: StripModel, flip: bool = False) -> StripModel:

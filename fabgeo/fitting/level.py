@@ -10,6 +10,7 @@ from fabgeo.fitting.normal import NormalEquations
 from fabgeo.fitting.objectives.anchor import Anchor
 from fabgeo.fitting.objectives.base import Objective, State
 from fabgeo.fitting.objectives.boundary import Boundary
+from fabgeo.fitting.objectives.cover import Cover
 from fabgeo.fitting.objectives.developable import Developable
 from fabgeo.fitting.objectives.even_widths import EvenWidths
 from fabgeo.fitting.objectives.fair_edges import FairEdges
@@ -22,6 +23,8 @@ from fabgeo.fitting.quality import KIND_TERM, dense_sites
 from fabgeo.fitting.reference import Reference, Tracker
 from fabgeo.fitting.samples import Net, Sites
 from fabgeo.strips.model import Kind
+
+COVER_MARGIN = 0.05  # in mean ruling lengths: how far overhanging ends stay beyond the boundary
 
 
 class Level:
@@ -107,6 +110,11 @@ class Level:
             share = 0.5 * weights.proximity / self.net.segments
             terms += [(EdgeProximity(sites), share), (MiddleProximity(sites), share)]
         terms += [(term, weights.boundary) for term in self._boundary(normals, state)]
+        for end, side in self.held.beyond.items():
+            sites, k = self.ends[end], 0 if end == 0 else -1
+            near = normals[:, [k]][:, :, [k]]
+            cover = Cover(sites, side, sites.evaluate(start), near, COVER_MARGIN)
+            terms.append((cover, weights.cover))
         if self.options.points is not None and len(self.options.points):
             points = np.asarray(self.options.points) / self.reference.length
             edges, u = closest_sites(self.net, control, points)

@@ -23,6 +23,8 @@ class Weights:
         Distance to the surface, at edges and at the middles of rulings.
     boundary : float
         Distance of held edges and ends to the boundary.
+    cover : float
+        Distance by which ends that overhang the boundary fall short of a margin beyond it.
     points : float
         Distance of edges to given points.
     fair_edges, fair_rulings : float
@@ -40,6 +42,7 @@ class Weights:
 
     proximity: float = 1.0
     boundary: float = 10.0
+    cover: float = 0.0
     points: float = 10.0
     fair_edges: float = 1e-4
     fair_rulings: float = 1e-4

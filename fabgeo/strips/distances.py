@@ -13,13 +13,15 @@ from fabgeo.strips.measures import worst
 from fabgeo.surfaces.base import DesignSurface
 
 ACROSS = 9  # sample points on a ruling, both ends included
+OVERHANG = 0.1  # mean rulings beyond the boundary from which a sample is overhang, to be cut off
 
 
 def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int) -> dict[str, Any]:
     """The entries of `Measures` that need a design surface.
 
-    The deviation is the distance from the surface along its normal; where a sample lies beside
-    the surface, its distance past the boundary is the overhang instead.
+    The deviation is the distance from the surface along its normal. Where a sample lies beside
+    the surface, its distance past the boundary is the overhang instead; what overhangs by more
+    than `OVERHANG` is cut off later and counts neither in deviations nor in the sag limit.
     """
     v = np.linspace(0.0, 1.0, ACROSS)
     p0, p1 = f.sides(f.p)
@@ -35,18 +37,22 @@ def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int
     deviation, beside = deviation.reshape(shape), beside.reshape(shape)
     e = np.broadcast_to(f.e[:, None], x.shape).reshape(-1, 3)
     kappa = np.abs(feet.normal_curvature(e)).reshape(shape)
+    counts = beside <= OVERHANG * f.length.mean()
+    if counts.any():
+        deviation, kappa = np.where(counts, deviation, 0.0), np.where(counts, kappa, 0.0)
     sag = kappa.max(axis=1) * f.length**2 / 16.0
     limit, most = worst(sag, f.u), worst(deviation.max(axis=1), f.u)
     back, place = _back(model, f, x, surface, samples)
     return {
         "deviation_max": most,
-        "deviation_rms": float(np.sqrt(np.mean(deviation**2))),
+        "deviation_rms": float(np.sqrt(np.sum(deviation**2) / max(int(counts.sum()), 1))),
         "overhang_max": worst(beside.max(axis=1), f.u),
         "sag_limit": limit,
         "deviation_over_sag_limit": most.value / limit.value if limit.value > 0.0 else None,
         "surface_to_model_max": float(back.max()),
         "surface_to_model_rms": float(np.sqrt(np.mean(back**2))),
         "surface_to_model_at": place,
+        "covered_share": float(np.mean(back <= max(most.value, limit.value))),
         **_boundary(model, f, surface),
     }
 

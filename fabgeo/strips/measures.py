@@ -40,7 +40,8 @@ class Worst:
 class Measures:
     """Worst values of a model, lengths in its unit, angles in degrees.
 
-    Those of an edge carry the edge's index as `strip`. What needs a design surface is None
+    `covered_share` is the part of the surface that is as near to the model as the model is to the
+    surface. Those of an edge carry the edge's index as `strip`. What needs a design surface is None
     without one; conicality, circularity, geodesic and kink_across are None for a single strip.
     """
 
@@ -64,6 +65,7 @@ class Measures:
     surface_to_model_max: float | None = None
     surface_to_model_rms: float | None = None
     surface_to_model_at: tuple[float, float, float] | None = None
+    covered_share: float | None = None
     boundary_max: float | None = None
     boundary_to_model_max: float | None = None
 

@@ -2,10 +2,13 @@
 
 A ruling keeps the part whose closest points lie inside the surface. Every trimmed piece is again a
 ruled patch: its edges run on the strip's own rulings, either along the strip's edges or along the
-boundary.
+boundary. Where the boundary runs so close to the rulings that they get too short, the piece ends at
+the last whole enough ruling: what is lost there is told as an area, never hidden.
 
 Glossary
 --------
+inside
+    A test of points (k, 3): whether they are kept. `Fence` is that of an overhanging model.
 limits
     The parameters v of a ruling between which it lies inside: 0 and 1 where it is whole.
 kink
@@ -19,16 +22,107 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from fabgeo import spline
-from fabgeo.arrays import Array, BoolArray, IntArray, set_frozen
+from fabgeo.arrays import Array, BoolArray, IntArray, dot, set_frozen, unit
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.surfaces.base import DesignSurface
 
+type Inside = Callable[[Array], BoolArray]
+type Edges = Callable[[Array], tuple[Array, Array]]
+
 ACROSS = 9  # places on a ruling that are tested before the limits are bisected
 BISECTIONS = 16
+CORNER = np.cos(np.radians(20.0))  # a boundary that turns more between its points has a corner
 LEAST = 0.02  # part of a ruling below which a patch ends: no slivers
+
+
+class Fence:
+    """Those boundary loops of a surface that a model overhangs: it is cut along them only.
+
+    A model that is held on a loop crosses it by the sag of its rulings' chords; that is no
+    overhang and is not cut. Points are judged by the side of the loop on which they lie, seen
+    along the surface's normal: exact to the loop's own points, and quick.
+
+    Parameters
+    ----------
+    surface : DesignSurface
+    model : StripModel
+    least : float
+        How far beyond a loop a model lies that overhangs it, in mean ruling lengths.
+
+    Attributes
+    ----------
+    loops : tuple of int
+        The overhung loops of the surface.
+    """
+
+    def __init__(self, surface: DesignSurface, model: StripModel, least: float = 0.1) -> None:
+        points = model.points(model.parameters(2))
+        width = float(np.linalg.norm(np.subtract(*model.pairs(points)), axis=-1).mean())
+        points = points.reshape(-1, 3)
+        sides = [_Loop(loop, surface) for loop in surface.loops]
+        apart = np.array([side.short(points) for side in sides]).reshape(len(sides), len(points))
+        nearest = np.argmin(np.abs(apart), axis=0) if sides else np.empty(0)
+        beyond = [float(-row[nearest == k].min(initial=0.0)) for k, row in enumerate(apart)]
+        self.loops = tuple(k for k, far in enumerate(beyond) if far > least * width)
+        self._sides = [sides[k] for k in self.loops]
+
+    def __call__(self, points: Array) -> BoolArray:
+        """Whether points (k, 3) lie on this side of the overhung loops."""
+        kept = np.ones(len(points), dtype=bool)
+        for side in self._sides:
+            kept &= side.short(points) >= 0.0
+        return kept
+
+
+class _Loop:
+    """A closed polyline of boundary points with the surface's tangent planes there."""
+
+    def __init__(self, loop: Array, surface: DesignSurface) -> None:
+        points = loop[:-1] if np.allclose(loop[0], loop[-1]) else loop
+        after = np.roll(points, -1, axis=0)
+        self._start, self._end, self._step = points, after, after - points
+        chord = unit(self._step)
+        before = np.roll(chord, 1, axis=0)
+        smooth = (dot(chord, before) > CORNER)[:, None]  # at a corner both segments keep theirs
+        tangent = unit(chord + before)
+        self._leave = np.where(smooth, tangent, chord)
+        self._arrive = np.where(np.roll(smooth, -1, axis=0), np.roll(tangent, -1, axis=0), chord)
+        normal = surface.closest(points).normal
+        inwards = np.cross(normal, self._leave), np.cross(np.roll(normal, -1, 0), self._arrive)
+        size = float(np.linalg.norm(self._step, axis=1).min())
+        probe = (points + after) / 2.0 + 0.01 * size * inwards[0]
+        sign = 1.0 if surface.closest(probe).on_boundary.mean() < 0.5 else -1.0
+        self._inwards = sign * np.stack(inwards)
+        self._tree = KDTree(points)
+
+    def short(self, points: Array) -> Array:
+        """Signed distances (k,) from the loop: positive on the surface's side."""
+        _, near = self._tree.query(points)
+        best, found = np.full(len(points), np.inf), np.zeros(len(points))
+        for k in (near, (near - 1) % len(self._start)):
+            v = self._step[k]
+            t = np.clip(dot(points - self._start[k], v) / dot(v, v), 0.0, 1.0)[:, None]
+            apart = points - self._curve(k, t)
+            side = (1.0 - t) * self._inwards[0, k] + t * self._inwards[1, k]
+            distance = np.linalg.norm(apart, axis=1)
+            closer = distance < best
+            found = np.where(closer, dot(apart, unit(side)), found)
+            best = np.where(closer, distance, best)
+        return found
+
+    def _curve(self, k: IntArray, t: Array) -> Array:
+        """Points of the cubic through both ends of segment k with the loop's tangents."""
+        size = np.linalg.norm(self._step[k], axis=1)[:, None]
+        return (
+            (2.0 * t**3 - 3.0 * t**2 + 1.0) * self._start[k]
+            + (t**3 - 2.0 * t**2 + t) * size * self._leave[k]
+            + (3.0 * t**2 - 2.0 * t**3) * self._end[k]
+            + (t**3 - t**2) * size * self._arrive[k]
+        )
 
 
 @dataclass(frozen=True)
@@ -52,6 +146,33 @@ class StripTrim:
 
     def __post_init__(self) -> None:
         set_frozen(self, "u", ("k",))
+
+
+@dataclass(frozen=True)
+class TrimmedRuled:
+    """The part of a ruled patch that is inside.
+
+    Attributes
+    ----------
+    ruled : RuledPatch
+        Its rulings are parts of the patch's; u keeps its meaning.
+    outline : (k, 2) array
+        Closed outline in (u, v) of the patch, the first point not repeated.
+    share : float
+        Kept part of the patch's area.
+    lost : float
+        Area inside that is not kept, as its rulings are too short.
+    """
+
+    ruled: RuledPatch
+    outline: Array
+    share: float
+    lost: float
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing was cut away."""
+        return self.share == 1.0
 
 
 @dataclass(frozen=True)
@@ -86,17 +207,21 @@ def limits(model: StripModel, strip: int, surface: DesignSurface, u: Array) -> t
 
     Of a ruling that leaves and enters again the longest part counts.
     """
-    first, second = _ends(model, strip, u)
+    return _limits(_of_strip(model, strip), _within(surface), u)
+
+
+def _limits(edges: Edges, inside: Inside, u: Array) -> tuple[Array, Array]:
+    first, second = edges(u)
     v = np.linspace(0.0, 1.0, ACROSS)
-    inside = _inside(surface, first, second, np.broadcast_to(v, (len(u), ACROSS)))
+    within = _inside(inside, first, second, np.broadcast_to(v, (len(u), ACROSS)))
     low, high = np.full(len(u), np.nan), np.full(len(u), np.nan)
-    begin, end = _longest(inside)
+    begin, end = _longest(within)
     some = np.flatnonzero(end > begin)
     low[some], high[some] = v[begin[some]], v[end[some] - 1]
     cut = some[begin[some] > 0]
-    low[cut] = _bisect(surface, first[cut], second[cut], low[cut], v[begin[cut] - 1])
+    low[cut] = _bisect(inside, first[cut], second[cut], low[cut], v[begin[cut] - 1])
     cut = some[end[some] < ACROSS]
-    high[cut] = _bisect(surface, first[cut], second[cut], high[cut], v[end[cut]])
+    high[cut] = _bisect(inside, first[cut], second[cut], high[cut], v[end[cut]])
     return low, high
 
 
@@ -113,10 +238,12 @@ def trim(model: StripModel, surface: DesignSurface, per_segment: int = 8) -> lis
         Rulings tested in a knot span.
     """
     u = model.parameters(per_segment)
+    inside = _within(surface)
     found = []
     for strip in range(model.strips):
-        low, high = limits(model, strip, surface, u)
-        found.append(StripTrim(strip, u, low, high, _intervals(model, strip, surface, u, low)))
+        edges = _of_strip(model, strip)
+        low, high = _limits(edges, inside, u)
+        found.append(StripTrim(strip, u, low, high, _intervals(edges, inside, u, low)))
     return found
 
 
@@ -136,15 +263,39 @@ def trimmed_patch(
     spans_per_segment : int
         Knot spans of the trimmed edges in a segment of the model.
     """
-    count = max(int(np.ceil(8 * (patch.u1 - patch.u0))), 8) + 1
-    u = patch.parameters(count)
-    low, high = limits(model, patch.strip, surface, u)
+    ruled = RuledPatch.of_model(model, patch)
+    found = trimmed_ruled(ruled, _within(surface), least, patch.u1 - patch.u0, spans_per_segment)
+    if found is None:
+        return None
+    kept = Patch(patch.strip, patch.cell, found.ruled.u0, found.ruled.u1)
+    return TrimmedPatch(kept, found.ruled, found.outline, found.share)
+
+
+def trimmed_ruled(
+    ruled: RuledPatch,
+    inside: Inside,
+    least: float = LEAST,
+    segments: float = 1.0,
+    spans_per_segment: int = 2,
+) -> TrimmedRuled | None:
+    """The part of a ruled patch that is inside, or None if there is none.
+
+    Parameters
+    ----------
+    least : float
+        The piece ends where less than this part of its rulings is inside.
+    segments : float
+        Knot spans that the patch has on its model: how finely it is tested and cut.
+    """
+    count = max(int(np.ceil(8 * segments)), 8) + 1
+    u = np.linspace(ruled.u0, ruled.u1, count)
+    edges = _of_ruled(ruled)
+    low, high = _limits(edges, inside, u)
     width = np.where(np.isfinite(low), high - low, 0.0)
     begin, end = (int(k[0]) for k in _longest((width > least)[None]))
     if end == begin:
         return None
-
-    some = _touches(model, patch.strip, surface)
+    some = _touches(edges, inside)
 
     def stop(good: int, bad: int) -> float:
         """Where the width falls to `least`, taken to fall evenly to nothing."""
@@ -153,16 +304,15 @@ def trimmed_patch(
 
     u0 = u[0] if begin == 0 else stop(begin, begin - 1)
     u1 = u[-1] if end == count else stop(end - 1, end)
-    if u1 - u0 < 1e-6 * (patch.u1 - patch.u0):
+    if u1 - u0 < 1e-6 * (u[-1] - u[0]):
         return None
-    kept = Patch(patch.strip, patch.cell, float(u0), float(u1))
-    if u0 == patch.u0 and u1 == patch.u1 and low.max() == 0.0 and high.min() == 1.0:
-        ruled = RuledPatch.of_model(model, kept)
+    if u0 == u[0] and u1 == u[-1] and low.max() == 0.0 and high.min() == 1.0:
         outline = np.array([[u0, 0.0], [u1, 0.0], [u1, 1.0], [u0, 1.0]])
-        return TrimmedPatch(kept, ruled, outline, 1.0)
-    ruled, outline = _through(model, kept, surface, u, low, high, spans_per_segment)
-    area = _grid_area(*_ends(model, patch.strip, patch.parameters(65)))
-    return TrimmedPatch(kept, ruled, outline, _ruled_area(ruled) / area)
+        return TrimmedRuled(ruled, outline, 1.0, 0.0)
+    spans = max(int(np.ceil(spans_per_segment * segments * (u1 - u0) / (u[-1] - u[0]))), 2)
+    cut, outline = _through(edges, inside, (float(u0), float(u1)), (u, low, high), spans)
+    area, kept = _grid_area(*edges(np.linspace(u[0], u[-1], 65))), _ruled_area(cut)
+    return TrimmedRuled(cut, outline, kept / area, max(_area_inside(edges, inside, u) - kept, 0.0))
 
 
 def trimmed_patches(
@@ -174,34 +324,33 @@ def trimmed_patches(
 
 
 def _through(
-    model: StripModel,
-    patch: Patch,
-    surface: DesignSurface,
-    u: Array,
-    low: Array,
-    high: Array,
-    spans_per_segment: int,
+    edges: Edges,
+    inside: Inside,
+    ends: tuple[float, float],
+    tested: tuple[Array, Array, Array],
+    spans: int,
 ) -> tuple[RuledPatch, Array]:
     """Interpolated edges along the limits, with threefold knots at kinks."""
-    kinks = _kinks(model, patch, surface, u, low == 0.0, 0.0)
-    kinks += _kinks(model, patch, surface, u, high == 1.0, 1.0)
-    near = 1e-3 * (patch.u1 - patch.u0)
-    breaks = [patch.u0]
+    u, low, high = tested
+    kinks = _kinks(edges, inside, u, low == 0.0, 0.0)
+    kinks += _kinks(edges, inside, u, high == 1.0, 1.0)
+    near = 1e-3 * (ends[1] - ends[0])
+    breaks = [ends[0]]
     for k in sorted(kinks):
-        if k - breaks[-1] > near and patch.u1 - k > near:
+        if k - breaks[-1] > near and ends[1] - k > near:
             breaks.append(k)
-    breaks.append(patch.u1)
-    knots = [patch.u0]
+    breaks.append(ends[1])
+    knots = [ends[0]]
     for a, b in pairwise(breaks):
-        spans = max(int(np.ceil(spans_per_segment * (b - a))), 2)
-        knots += [a] * 3 + list(np.linspace(a, b, spans + 1)[1:-1])
-    all_knots = np.array([*knots, *[patch.u1] * 4])
+        own = max(int(np.ceil(spans * (b - a) / (ends[1] - ends[0]))), 2)
+        knots += [a] * 3 + list(np.linspace(a, b, own + 1)[1:-1])
+    all_knots = np.array([*knots, *[ends[1]] * 4])
     sites = spline.greville(all_knots)
-    at_low, at_high = limits(model, patch.strip, surface, sites)
+    at_low, at_high = _limits(edges, inside, sites)
     good = np.isfinite(at_low)
     at_low = np.interp(sites, sites[good], at_low[good])
     at_high = np.interp(sites, sites[good], at_high[good])
-    first, second = _ends(model, patch.strip, sites)
+    first, second = edges(sites)
     a = first + at_low[:, None] * (second - first)
     b = first + at_high[:, None] * (second - first)
     outline = np.concatenate(
@@ -210,65 +359,74 @@ def _through(
     return RuledPatch.through(all_knots, sites, a, b), outline
 
 
-def _kinks(
-    model: StripModel, patch: Patch, surface: DesignSurface, u: Array, whole: BoolArray, v: float
-) -> list[float]:
-    """Parameters at which the edge v = 0 or 1 of the strip crosses the boundary."""
+def _kinks(edges: Edges, inside: Inside, u: Array, whole: BoolArray, v: float) -> list[float]:
+    """Parameters at which the edge v = 0 or 1 crosses the boundary."""
 
-    def inside(at: float) -> bool:
-        first, second = _ends(model, patch.strip, np.array([at]))
-        return bool(_inside(surface, first, second, np.array([[v]]))[0, 0])
+    def kept(at: float) -> bool:
+        return bool(_inside(inside, *edges(np.array([at])), np.array([[v]]))[0, 0])
 
     found = []
     for k in np.flatnonzero(whole[1:] != whole[:-1]):
         a, b = (u[k], u[k + 1]) if whole[k] else (u[k + 1], u[k])
-        found.append(_bisect_u(inside, a, b))
+        found.append(_bisect_u(kept, a, b))
     return found
 
 
 def _intervals(
-    model: StripModel, strip: int, surface: DesignSurface, u: Array, low: Array
+    edges: Edges, inside: Inside, u: Array, low: Array
 ) -> tuple[tuple[float, float], ...]:
-    inside = _touches(model, strip, surface)
+    some = _touches(edges, inside)
     good = np.isfinite(low)
     starts = np.flatnonzero(good & ~np.concatenate([[False], good[:-1]]))
     ends = np.flatnonzero(good & ~np.concatenate([good[1:], [False]]))
     return tuple(
         (
-            float(u[a]) if a == 0 else _bisect_u(inside, u[a], u[a - 1]),
-            float(u[b]) if b == len(u) - 1 else _bisect_u(inside, u[b], u[b + 1]),
+            float(u[a]) if a == 0 else _bisect_u(some, u[a], u[a - 1]),
+            float(u[b]) if b == len(u) - 1 else _bisect_u(some, u[b], u[b + 1]),
         )
         for a, b in zip(starts, ends, strict=True)
     )
 
 
-def _touches(model: StripModel, strip: int, surface: DesignSurface) -> Callable[[float], bool]:
+def _touches(edges: Edges, inside: Inside) -> Callable[[float], bool]:
     """A test whether anything of the ruling at u is inside."""
     v = np.linspace(0.0, 1.0, ACROSS)[None]
 
     def test(at: float) -> bool:
-        return bool(_inside(surface, *_ends(model, strip, np.array([at])), v).any())
+        return bool(_inside(inside, *edges(np.array([at])), v).any())
 
     return test
 
 
-def _ends(model: StripModel, strip: int, u: Array) -> tuple[Array, Array]:
-    return model.edge(strip, u), model.edge(strip + 1, u)
+def _of_strip(model: StripModel, strip: int) -> Edges:
+    return lambda u: (model.edge(strip, u), model.edge(strip + 1, u))
 
 
-def _inside(surface: DesignSurface, first: Array, second: Array, v: Array) -> BoolArray:
-    """Whether the points at v (k, m) of k rulings lie inside the boundary: (k, m)."""
+def _of_ruled(ruled: RuledPatch) -> Edges:
+    def edges(u: Array) -> tuple[Array, Array]:
+        first, second = ruled.edges(u)
+        return first, second
+
+    return edges
+
+
+def _within(surface: DesignSurface) -> Inside:
+    return lambda points: ~surface.closest(points).on_boundary
+
+
+def _inside(inside: Inside, first: Array, second: Array, v: Array) -> BoolArray:
+    """Whether the points at v (k, m) of k rulings are inside: (k, m)."""
     points = first[:, None] + v[..., None] * (second - first)[:, None]
-    return ~surface.closest(points.reshape(-1, 3)).on_boundary.reshape(v.shape)
+    return inside(points.reshape(-1, 3)).reshape(v.shape)
 
 
-def _bisect(surface: DesignSurface, first: Array, second: Array, good: Array, bad: Array) -> Array:
+def _bisect(inside: Inside, first: Array, second: Array, good: Array, bad: Array) -> Array:
     """The last v inside between one inside and one outside, for many rulings at once."""
     good, bad = good.copy(), bad.copy()
     for _ in range(BISECTIONS if len(good) else 0):
         middle = (good + bad) / 2.0
-        inside = _inside(surface, first, second, middle[:, None])[:, 0]
-        good, bad = np.where(inside, middle, good), np.where(inside, bad, middle)
+        within = _inside(inside, first, second, middle[:, None])[:, 0]
+        good, bad = np.where(within, middle, good), np.where(within, bad, middle)
     return good
 
 
@@ -277,6 +435,17 @@ def _bisect_u(test: Callable[[float], bool], good: float, bad: float) -> float:
         middle = (good + bad) / 2.0
         good, bad = (middle, bad) if test(middle) else (good, middle)
     return float(good)
+
+
+def _area_inside(edges: Edges, inside: Inside, u: Array) -> float:
+    """Area inside, by cells of a fine grid."""
+    first, second = edges(np.linspace(u[0], u[-1], 4 * len(u) - 3))
+    v = np.linspace(0.0, 1.0, 17)
+    grid = first[:, None] + v[:, None] * (second - first)[:, None]
+    a, b = grid[1:, :-1] - grid[:-1, :-1], grid[:-1, 1:] - grid[:-1, :-1]
+    size = np.linalg.norm(np.cross(a, b), axis=-1)
+    middle = (grid[1:, 1:] + grid[:-1, :-1]) / 2.0
+    return float(np.sum(size.ravel()[inside(middle.reshape(-1, 3))]))
 
 
 def _longest(inside: BoolArray) -> tuple[IntArray, IntArray]:

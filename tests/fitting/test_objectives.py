@@ -11,6 +11,7 @@ from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.boundary import Boundary
 from fabgeo.fitting.objectives.circular import Circular
 from fabgeo.fitting.objectives.conical import Conical
+from fabgeo.fitting.objectives.cover import Cover
 from fabgeo.fitting.objectives.developable import Developable
 from fabgeo.fitting.objectives.even_widths import EvenWidths, TargetWidths
 from fabgeo.fitting.objectives.fair_edges import FairEdges
@@ -24,6 +25,7 @@ from fabgeo.fitting.samples import Net, Sites
 RNG = np.random.default_rng(7)
 FREE = [Developable, EdgeProximity, MiddleProximity, EvenWidths, TargetWidths]
 FREE += [Conical, Circular, Geodesic]
+HELD = [FairEdges, FairRulings, Anchor, Boundary, Cover, MountingPoints]
 
 
 def shaken(net):
@@ -47,6 +49,12 @@ def built(term, net):
     if term is Boundary:
         side = Side(np.array([[-100.0, 0.3, 0.0], [0.0, 0.3, 0.0], [100.0, 0.3, 0.0]]))
         return Boundary(sites, np.array([0]), side, normals[:1], 0.3)
+    if term is Cover:
+        line = np.array([[3.2, -100.0, 0.1], [3.2, 0.0, 0.1], [3.2, 100.0, 0.1]])
+        sites = Sites.gauss(net, 1)
+        start = np.full((net.edges, *sites.u.shape, 3), [9.0, 1.0, 0.0])
+        up = np.broadcast_to([0.0, 0.0, 1.0], start.shape)
+        return Cover(sites, Side(line), start, up, 0.2)
     if term is MountingPoints:
         points = RNG.standard_normal((5, 3)) + np.array([2.0, 1.5, 0.0])
         return MountingPoints(net, np.array([0, 1, 1, 2, 3]), np.linspace(0.1, 3.9, 5), points)
@@ -54,7 +62,9 @@ def built(term, net):
 
 
 @pytest.mark.parametrize("closed", [(False, False), (True, False), (False, True), (True, True)])
-@pytest.mark.parametrize("term", [*FREE, FairEdges, FairRulings, Anchor, Boundary, MountingPoints])
+@pytest.mark.parametrize(
+    "term", [*FREE, FairEdges, FairRulings, Anchor, Boundary, Cover, MountingPoints]
+)
 def test_jacobian_is_exact(term, closed):
     net = Net(5, 6, *closed)
     control = shaken(net)

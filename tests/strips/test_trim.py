@@ -7,7 +7,8 @@ import pytest
 
 from fabgeo.fitting.starts.net import model_through
 from fabgeo.strips.model import Patch, StripModel
-from fabgeo.strips.trim import trim, trimmed_patch
+from fabgeo.strips.ruled import RuledPatch
+from fabgeo.strips.trim import Fence, trim, trimmed_patch, trimmed_ruled
 from fabgeo.surfaces.base import SurfacePoints
 
 TURN = np.radians(30.0)
@@ -97,3 +98,43 @@ def test_intervals_of_strips_end_where_the_square_ends(model):
     # side x = 1000 / C - y tan(30) meets y = -320.
     last = (1000.0 / C + 320.0 * np.tan(TURN) + 1600.0) / 400.0
     assert found[2].intervals[0][1] == pytest.approx(last, abs=1e-3)
+
+
+class Fine(Square):
+    """The same with boundary points every 25 mm, as surfaces give them."""
+
+    @property
+    def loops(self) -> tuple[np.ndarray, ...]:
+        corner = super().loops[0]
+        t = np.arange(80)[:, None] / 80.0
+        after = np.roll(corner, -1, axis=0)
+        return (np.concatenate([(1 - t) * a + t * b for a, b in zip(corner, after, strict=True)]),)
+
+
+def test_a_fence_parts_points_as_the_surface_does(model):
+    fence = Fence(Fine(), model)
+    assert fence.loops == (0,)
+    points = np.random.default_rng(5).uniform(-1500.0, 1500.0, (4000, 3)) * [1.0, 1.0, 0.02]
+    assert np.array_equal(fence(points), ~SQUARE.closest(points).on_boundary)
+
+
+def test_a_model_that_does_not_overhang_is_not_fenced(model):
+    small = StripModel(model.control * 0.4)
+    assert Fence(Fine(), small).loops == ()
+    ruled = RuledPatch.of_model(small, Patch(2, 0, 0.0, 8.0))
+    found = trimmed_ruled(ruled, Fence(Fine(), small))
+    assert found is not None
+    assert found.whole
+
+
+def test_kept_and_lost_areas_add_up_to_what_is_inside(model):
+    fence = Fence(Fine(), model)
+    kept = lost = 0.0
+    for strip in range(5):
+        whole = RuledPatch.of_model(model, Patch(strip, 0, 0.0, 8.0))
+        found = trimmed_ruled(whole, fence, 0.25, 8.0)
+        assert found is not None
+        kept += found.share * 3200.0 * 640.0
+        lost += found.lost
+    assert lost > 0.0
+    assert kept + lost == pytest.approx(4e6, rel=5e-3)
