@@ -16,6 +16,7 @@ tangents where that takes fewer; all joints lie on the curve.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -26,6 +27,7 @@ from fabgeo.panels.flat import FlatEdge, FlatPart
 from fabgeo.sheets.contour import Contour
 
 SAMPLES = 6  # dense samples between two points of a flat edge
+BETWEEN = 0.985  # of the tolerance is used at the samples; what lies between may go on to it
 TRIALS = (1.0, 0.75, 1.3, 0.4, 0.0)  # of the even tangent
 
 
@@ -46,6 +48,7 @@ def edge_arcs(edge: FlatEdge, tolerance: float = 0.05, mark: str = "edge") -> Ar
     if len(edge.points) == 2:
         return np.array([[*edge.points[0], 0.0]])
     points, tangents = dense(edge)
+    tolerance = BETWEEN * tolerance
     single = _single(points, tolerance)
     if single is not None:
         return np.array([[*points[0], single]])
@@ -262,17 +265,24 @@ def _chain(points: Array, tangent: Array, tolerance: float, most: int) -> Array 
 
 
 def _arc_fits(points: Array, i: int, j: int, tangent: Array, tolerance: float) -> Array | None:
-    """Vertex of the arc from sample i to j with the given tangent if it stays in the tube."""
-    chord = points[j] - points[i]
-    size = float(np.hypot(*chord))
-    half = float(np.arctan2(tangent[0] * chord[1] - tangent[1] * chord[0], float(tangent @ chord)))
-    if abs(half) > np.pi / 2.0:
+    """Vertex of the arc from sample i to j with the given tangent if it stays in the tube.
+
+    With A of `arc_distance`, which grows with the distance d: A = 2 d + k d^2 at its limits.
+    """
+    (x, y), (x1, y1), (tx, ty) = points[i].tolist(), points[j].tolist(), tangent.tolist()
+    dx, dy = x1 - x, y1 - y
+    half = math.atan2(tx * dy - ty * dx, tx * dx + ty * dy)
+    if abs(half) > math.pi / 2.0:
         return None
-    curvature = 2.0 * np.sin(half) / size
-    gap = arc_distance(points[i], tangent, float(curvature), points[i + 1 : j])
-    if np.abs(gap).max(initial=0.0) > tolerance:
-        return None
-    return np.array([*points[i], np.tan(half / 2.0)])
+    k = 2.0 * math.sin(half) / math.hypot(dx, dy)
+    if j > i + 1:
+        wx, wy = points[i + 1 : j, 0] - x, points[i + 1 : j, 1] - y
+        a = wx * (k * wx + 2.0 * ty)
+        a += wy * (k * wy - 2.0 * tx)
+        low, high = a.min(), a.max()
+        if high > tolerance * (2.0 + k * tolerance) or low < tolerance * (k * tolerance - 2.0):
+            return None
+    return np.array([x, y, math.tan(half / 2.0)])
 
 
 def _reversed(chain: Array, start: Array) -> Array:
