@@ -87,6 +87,13 @@ class Design:
     trims: Trims | None = None
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What people should know of the model: why its fit fell short, what trimming cut."""
+        fit = self.fit
+        why = () if fit.status == "converged" else (f"fit {fit.status}: {fit.reason}",)
+        return why if self.trims is None else (*why, f"trim: {self.trims}")
+
+    @property
     def plates(self) -> tuple[Plate, ...]:
         """Everything that is cut flat: panels, layers, walls, and the plates of beams."""
         of_beams = tuple(plate for beam in self.beams for plate in beam.plates)
