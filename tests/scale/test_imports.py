@@ -1,0 +1,26 @@
+"""What is imported when: nothing heavy before it is needed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {"OCP", "build123d", "cadquery", "matplotlib", "trimesh", "ezdxf", "reportlab", "scipy"}
+
+
+@pytest.mark.parametrize(
+    ("statement", "allowed"),
+    [
+        ("import fabgeo", set()),
+        ("import fabgeo.cli", set()),
+        ("import fabgeo; fabgeo.read_project, fabgeo.FormulaSurface", {"scipy"}),
+        ("import fabgeo.build", {"OCP", "scipy"}),
+    ],
+)
+def test_heavy_libraries_wait(statement: str, allowed: set[str]) -> None:
+    script = f"{statement}\nimport sys\nprint(*{{name.split('.')[0] for name in sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert HEAVY & set(done.stdout.split()) <= allowed
