@@ -172,6 +172,11 @@ def _write_models(folder: Folder, design: Design, built: Mapping[str, Built]) ->
         return
     holes = any(plate.holes for plate in design.plates)
     write_step(folder.place("model/facade.step"), tree, curves_on_surfaces=holes)
+    if len(tree.children) > 1:  # each family also as a file of its own
+        for family in tree.children:
+            bored = holes and family.name in ("panels", "beams", "connectors")
+            path = folder.place(f"model/{family.name}.step")
+            write_step(path, family, curves_on_surfaces=bored)
     write_glb(folder.place("model/facade.glb"), tree)
 
 
