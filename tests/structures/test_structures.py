@@ -18,7 +18,7 @@ from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import BeamRule, Section, beams, plate_radii
 from fabgeo.structures.boxes import oriented_box
 from fabgeo.structures.cells import cells
-from fabgeo.structures.clashes import clashes
+from fabgeo.structures.clashes import clashes, clear_distance
 from fabgeo.structures.connectors import Fixing, connect
 from fabgeo.structures.masses import DENSITIES, plate_mass, together
 from fabgeo.structures.mixed import admits, attach, crossed, mesh_beams, strips_on_mesh
@@ -367,6 +367,15 @@ def test_narrow_flange_and_far_panel_are_refused_by_name(conical: StripModel) ->
     assert not far.connectors
     assert all("stand-off" in reason for reason in far.refused.values())
     assert all(where.startswith("P-") for where in far.refused)
+
+
+def test_clear_distance_of_flange_and_panel(torus: StripModel) -> None:
+    panel = panels(torus, cut(torus, CutRule(count=8)), Layer("skin", 0.0, 4.0, "steel"))[20]
+    strip = int(panel.mark.split("-")[1])
+    for outer, low, high in ((-27.0, 20.0, 25.2), (-1.0, -6.0, 0.0)):
+        beam = beams(torus, Section(outer=outer, width_outer=100.0), BeamRule(), [strip])[0]
+        flange = next(p for p in beam.plates if p.role == "flange_outer")
+        assert low < clear_distance(panel, flange) < high  # 2 mm of panel, less where it tilts
 
 
 def test_overlapping_fixings_are_found_and_named(conical: StripModel) -> None:
