@@ -20,7 +20,7 @@ from fabgeo.errors import FabgeoError
 if TYPE_CHECKING:
     from fabgeo.build.progress import Listener, Progress
 
-OK, FAILED, BAD_INPUT, INTERNAL = 0, 1, 2, 3
+OK, FAILED, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
 app = typer.Typer(
     name="fabgeo",
@@ -135,9 +135,10 @@ def main() -> NoReturn:
         code = INTERNAL if isinstance(error, RuntimeError) else BAD_INPUT
         typer.secho(f"fabgeo: {error}", err=True, fg=typer.colors.RED)
         sys.exit(code)
-    except KeyboardInterrupt:
-        typer.echo("fabgeo: interrupted; what was finished is kept", err=True)
-        sys.exit(130)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # typer turns the interrupt into this
+            typer.echo("fabgeo: interrupted; what was finished is kept", err=True)
+        raise
     except Exception as error:
         if os.environ.get("FABGEO_DEBUG"):
             raise
