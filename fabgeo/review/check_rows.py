@@ -15,6 +15,7 @@ from fabgeo.review.solid_plate import SolidPlate, rail_normals
 MASS = 5e-4  # relative
 CENTRE = 0.15  # mm, the columns carry one decimal
 RADIUS = 0.01  # relative
+CURVATURE = 2e-7  # 1/mm: what a nearly flat plate's curvature is measured to
 TWIST = 0.003  # degrees
 FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
 
@@ -91,12 +92,16 @@ def _bent(
     kind = row.get("class", "developable")
     if low is not None and 0.0 < low < FLAT_RADIUS and kind != "flat":
         findings.near(mark, "radius_min_mm of its solid", float(radii.min()), low,
-                      RADIUS * float(radii.min()))  # fmt: skip
+                      _within(radii.min()))  # fmt: skip
     if high is not None and 0.0 < high < FLAT_RADIUS and kind in ("cylinder", "cone"):
         findings.near(mark, "radius_max_mm of its solid", float(radii.max()), high,
-                      RADIUS * float(radii.max()))  # fmt: skip
+                      _within(radii.max()))  # fmt: skip
     if kind in ("flat", "cylinder", "cone"):
         _class(package, mark, kind, row, rails, unit(first + second), findings)
+
+
+def _within(radius: float) -> float:
+    return float(RADIUS * radius + CURVATURE * radius**2)
 
 
 def ruling_radii(rails: tuple[Array, Array]) -> Array:
