@@ -204,6 +204,8 @@ def _print_package(package: Any) -> None:
     console.print(table)
     seconds = ", ".join(f"{name} {value:.1f}" for name, value in package.seconds.items())
     console.print(f"seconds by stage: {seconds}", highlight=False)
+    for line in package.design.notes:
+        console.print(f"note: {line}", highlight=False, markup=False)
     for line in package.failures:
         console.print(f"fails: {line}", style="red", highlight=False, markup=False)
     console.print(f"package: {package.path}", highlight=False, markup=False)
@@ -217,9 +219,18 @@ def _print_facts(facts: dict[str, Any], indent: str = "") -> None:
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             typer.echo(f"{indent}{key}:")
             for item in value:
-                typer.echo(f"{indent}  - " + ", ".join(f"{k} {v}" for k, v in item.items()))
+                words = (f"{k} {_plain(v)}" for k, v in item.items())
+                typer.echo(f"{indent}  - " + ", ".join(words))
         else:
-            typer.echo(f"{indent}{key}: {value}")
+            typer.echo(f"{indent}{key}: {_plain(value)}")
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return ", ".join(_plain(item) for item in value)
+    return "none" if value is None else str(value)
 
 
 def _print_rows(title: str, rows: list[dict[str, Any]]) -> None:

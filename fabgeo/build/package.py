@@ -104,6 +104,7 @@ class Package:
             "path": str(self.path),
             "passed": self.passed,
             "failures": self.failures,
+            "notes": list(self.design.notes),
             **self.review,
         }
 
@@ -200,15 +201,15 @@ def _write_pages(folder: Folder, record: ReviewRecord, project: Project) -> None
     from fabgeo.review.page import write_page
 
     write_page(folder.place("index.html"), record)
+    if project.ifc:
+        from fabgeo.review.ifc import write_ifc
+
+        write_ifc(folder.place("model/facade.ifc"), record)
     if project.drawings and record.panels:
         from fabgeo.review.drawings import write_panel_drawings
 
         write_panel_drawings(folder.place("drawings/panels.pdf"), record)
 
-    if project.ifc:
-        from fabgeo.review.ifc import write_ifc
-
-        write_ifc(folder.place("model/facade.ifc"), record)
 
 def not_asked(project: Project) -> tuple[str, ...]:
     """Stages that the project does not ask for."""
