@@ -74,6 +74,7 @@ class Strips(Table):
     model: str | None = None
     boundary: Literal["auto", "edges", "ends", "all", "none"] = "auto"
     anchor: NonNegative = 1e-2
+    cover: NonNegative = 0.0
 
 
 class Panels(Table):

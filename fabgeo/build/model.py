@@ -58,7 +58,7 @@ def options_of(project: Project) -> FitOptions:
         twist_limit_deg=own.twist_limit_deg if twist is None else SAFETY * twist,
         kind_limit_deg=min(own.kind_limit_deg, SAFETY * np.degrees(asked.conical_residual)),
         boundary=project.strips.boundary,
-        weights=Weights(anchor=project.strips.anchor),
+        weights=Weights(anchor=project.strips.anchor, cover=project.strips.cover),
     )
 
 
