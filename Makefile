@@ -7,7 +7,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow lint bench bare clean
+.PHONY: help demo test test-slow style types lint bench bare clean
 
 help:
 	@sed -n '2,3s/^# *//p' Makefile
@@ -33,11 +33,15 @@ test: $(READY)
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 
-lint: $(READY)
+style: $(READY)
 	$(BIN)/ruff check fabgeo tests fixtures
 	$(BIN)/ruff format --check fabgeo tests fixtures
-	$(BIN)/pyright fabgeo
 	$(BIN)/lint-imports
+
+types: $(READY)
+	$(BIN)/pyright fabgeo
+
+lint: style types
 
 bench: $(READY)
 	@for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done

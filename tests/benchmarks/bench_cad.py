@@ -18,18 +18,18 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cad"))
 
-from cad_helpers import circles, revolution, square_hole  # noqa: E402
+from cad_helpers import circles, revolution, square_hole
 
-from fabgeo.cad import kernel  # noqa: E402
-from fabgeo.cad.assembly import Node  # noqa: E402
-from fabgeo.cad.connectors import fixing_product, place_connectors  # noqa: E402
-from fabgeo.cad.measure import check_solid  # noqa: E402
-from fabgeo.cad.plates import plate_solid  # noqa: E402
-from fabgeo.cad.solids import prism_solid  # noqa: E402
-from fabgeo.cad.step import write_step  # noqa: E402
-from fabgeo.strips.ruled import RuledPatch  # noqa: E402
-from fabgeo.structures.connectors import Fixing  # noqa: E402
-from fabgeo.structures.parts import Connector, Plate  # noqa: E402
+from fabgeo.cad import kernel
+from fabgeo.cad.assembly import Node
+from fabgeo.cad.connectors import fixing_product, place_connectors
+from fabgeo.cad.measure import check_solid
+from fabgeo.cad.plates import plate_solid
+from fabgeo.cad.solids import prism_solid
+from fabgeo.cad.step import write_step
+from fabgeo.strips.ruled import RuledPatch
+from fabgeo.structures.connectors import Fixing
+from fabgeo.structures.parts import Connector, Plate
 
 STRIPS, CELLS = 40, 25
 
