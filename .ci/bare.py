@@ -32,5 +32,5 @@ t = np.linspace(0.0, 4.0, 5)
 row = np.stack([t, 0.1 * t**2, 0.0 * t], axis=-1)
 model = fabgeo.StripModel(fabgeo.spline.interpolate(np.stack([row, row + [0.0, 0.0, 1.0]])))
 assert np.abs(model.points(u)[0, :, 1] - 0.1 * u**2).max() < 1e-12
-assert fabgeo.measure(model).twist_max_deg < 1e-9
+assert fabgeo.measure(model).twist_deg.value < 1e-9
 print("bare install: 1 passed, 0 failed")
