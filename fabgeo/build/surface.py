@@ -7,8 +7,9 @@ from typing import Any
 
 from fabgeo.errors import InputError
 from fabgeo.project import Project, Surface, read_project
-from fabgeo.surfaces.base import DesignSurface
+from fabgeo.surfaces.base import DesignSurface, size_of
 
+SMALLEST, LARGEST = 200.0, 2e6  # diagonals in mm that a building's surface can have
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 
 
@@ -43,7 +44,7 @@ def _formula(asked: Surface, name: str) -> DesignSurface:
 
     if None in (asked.x, asked.y, asked.z, asked.u, asked.v, asked.unit):
         raise InputError("[surface]", "a formula needs x, y, z, u, v and unit")
-    return FormulaSurface(
+    surface = FormulaSurface(
         str(asked.x),
         str(asked.y),
         str(asked.z),
@@ -55,6 +56,15 @@ def _formula(asked: Surface, name: str) -> DesignSurface:
         scale=MILLIMETRES[str(asked.unit)],
         name=name,
     )
+    size = size_of(surface)
+    if not SMALLEST <= size <= LARGEST:
+        raise InputError(
+            "surface.unit",
+            f"with {asked.unit!r} the surface is {size / 1000.0:.4g} m across, expected "
+            f"{SMALLEST / 1000.0:g} m to {LARGEST / 1000.0:g} m",
+            "give the unit that the formula is written in",
+        )
+    return surface
 
 
 def inspect_file(path: Path, unit: str | None = None) -> dict[str, Any]:
