@@ -81,7 +81,8 @@ class Panels(Table):
     """Panels on the strips: length along the strip, joint, layers and class tolerances.
 
     `trim` cuts panels along the boundary of the surface where the model overhangs it; absent: yes,
-    unless cells or beams go on below them.
+    unless cells or beams go on below them. `materials` names the material of single panels by
+    their marks, others are of `material`.
     """
 
     length: Positive | None = None
@@ -90,6 +91,7 @@ class Panels(Table):
     joint: NonNegative = 10.0
     thickness: Positive = 3.0
     material: str = "aluminium"
+    materials: dict[str, str] = {}
     offset: Finite = 0.0
     tolerance: Positive = 1.0
     angle: Positive = 1.0
@@ -295,6 +297,7 @@ def _materials_used(project: Project) -> list[tuple[str, str]]:
         if table is not None:
             used.append((name, table.material))
     if project.panels:
+        used += [(f"panels.materials.{k}", name) for k, name in project.panels.materials.items()]
         used += [(f"panels.layers[{k}]", x.material) for k, x in enumerate(project.panels.layers)]
     return used
 

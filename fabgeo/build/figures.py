@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, cross, dot
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.cad.assembly import Node
@@ -99,8 +99,8 @@ def twist_of(plate: Plate) -> float:
     u = plate.mid.parameters(4)
     a, b = plate.mid.edges(u)
     da, db = plate.mid.edges(u, 1)
-    m0, m1 = (np.cross(d, b - a) for d in (da, db))
-    sine = np.linalg.norm(np.cross(m0, m1), axis=-1)
+    m0, m1 = (cross(d, b - a) for d in (da, db))
+    sine = np.linalg.norm(cross(m0, m1), axis=-1)
     return float(np.degrees(np.arctan2(sine, dot(m0, m1)).max()))
 
 

@@ -35,6 +35,8 @@ from fabgeo.structures.patches import CutRule, cut
 from fabgeo.structures.walls import coped_walls, walls
 from fabgeo.surfaces.base import DesignSurface
 
+SPRINGING = Sheet(young=1e-9)  # springs to any radius: shapes are chosen before materials
+
 
 @dataclass(frozen=True)
 class Design:
@@ -119,7 +121,7 @@ def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
 def panels_of(
     project: Project, model: StripModel, patches: tuple[Patch, ...]
 ) -> tuple[tuple[Plate, ...], dict[str, PanelChoice]]:
-    """Net panels on the shapes that they are made as, and why."""
+    """Net panels on the shapes that they are made as, and why; see `fabgeo.build.materials`."""
     asked = project.panels
     if asked is None:
         return (), {}
@@ -131,9 +133,9 @@ def panels_of(
     if asked.choice == "joint":
         from fabgeo.panels.choose import choose
 
-        choices = list(choose(inputs, tolerances, costs, sheet_of(project)).panels)
+        choices = list(choose(inputs, tolerances, costs, SPRINGING).panels)
     else:
-        choices = classify(inputs, tolerances, costs, sheet_of(project))
+        choices = classify(inputs, tolerances, costs, SPRINGING)
     made = []
     for k, (plate, choice) in enumerate(zip(net, choices, strict=True)):
         try:
@@ -167,17 +169,18 @@ def _sides(shared: Mapping[str, str]) -> dict[Side, str | tuple[str, ...]]:
     return {side: shared[side] for side in sides if side in shared}
 
 
-def sheet_of(project: Project) -> Sheet:
-    """What forming needs to know of the panels' material."""
-    if project.panels is None:
+def sheet_of(project: Project, material: str | None = None) -> Sheet:
+    """What forming needs to know of a material, by default the panels'."""
+    asked = project.panels
+    if asked is None:
         return Sheet()
-    material = project.material(project.panels.material)
+    known = project.material(material or asked.material)
     return Sheet(
-        thickness=project.panels.thickness,
-        young=material.E,
-        strength=material.yield_stress,
-        rolls=material.rolls_radius,
-        glass=material.glass,
+        thickness=asked.thickness,
+        young=known.E,
+        strength=known.yield_stress,
+        rolls=known.rolls_radius,
+        glass=known.glass,
     )
 
 

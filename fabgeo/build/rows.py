@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 from fabgeo.build.figures import Figures
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
@@ -274,8 +274,8 @@ def developability(plate: Plate) -> float:
     ta, tb = (d / np.linalg.norm(d, axis=-1, keepdims=True) for d in plate.mid.edges(u, 1))
     length = np.linalg.norm(b - a, axis=-1)
     e = (b - a) / length[:, None]
-    volume = np.abs(np.einsum("ki,ki->k", np.cross(ta, tb), e))
-    base = np.linalg.norm(np.cross(e + tb, e - ta), axis=-1)
+    volume = np.abs(np.einsum("ki,ki->k", cross(ta, tb), e))
+    base = np.linalg.norm(cross(e + tb, e - ta), axis=-1)
     return float((length * volume / np.maximum(base, 1e-300)).max())
 
 

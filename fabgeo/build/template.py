@@ -40,6 +40,7 @@ length = 2000.0           # along the strip; or count = 4, or cuts = [2.0, 4.0] 
 joint = 10.0
 thickness = 3.0
 material = "aluminium"
+# materials = { P-02-01 = "glass" }   # of single panels, by mark
 tolerance = 1.0           # how far a flat, cylindrical or conical panel may leave the fitted one
 angle = 1.0               # and how much kink it may add between neighbours
 # choice = "joint"        # all panels chosen together; "single": one by one

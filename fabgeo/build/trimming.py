@@ -13,16 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.arrays import dot, unit
+from fabgeo.arrays import cross, dot, unit
+from fabgeo.panels.forming import forming_of
 from fabgeo.panels.unfold_split import split_at_rulings
 from fabgeo.strips.model import Patch
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.strips.trim import Fence, trimmed_ruled
+from fabgeo.structures.beams import plate_radii
 from fabgeo.structures.parts import Plate
 
 if TYPE_CHECKING:
     from fabgeo.build.geometry import Design
     from fabgeo.fitting.starts import Start
+    from fabgeo.panels.classify import PanelChoice
     from fabgeo.project import Project
 
 SHORTEST = 150.0  # mm: a cut panel ends where its rulings get shorter
@@ -89,10 +92,12 @@ def trimmed(design: Design) -> Design:
         own += [plate for _, plate in layer]
         trims.append(further)
     cells = _cells(patches)
-    choices = {}
+    choices, whole = {}, {plate.mark: plate for plate in design.panels}
     for patch, plate in panels:
         old = Patch(patch.strip, patch.cell % cells[patch.strip], patch.u0, patch.u1).mark
-        choices[plate.mark] = replace(design.choices[old], mark=plate.mark)
+        choice = replace(design.choices[old], mark=plate.mark)
+        cut = plate.mid is not whole[old].mid
+        choices[plate.mark] = _remade(choice, plate, design.project) if cut else choice
     return replace(
         design,
         patches=tuple(patch for patch, _ in panels),
@@ -101,6 +106,17 @@ def trimmed(design: Design) -> Design:
         choices=choices,
         trims=joined(trims),
     )
+
+
+def _remade(choice: PanelChoice, plate: Plate, project: Project) -> PanelChoice:
+    """The choice with radii and forming of what is left of its panel."""
+    from fabgeo.build.geometry import sheet_of
+
+    if choice.cls == "flat":
+        return choice
+    least, largest = plate_radii(plate.mid)
+    forming, _ = forming_of(choice.cls, least, sheet_of(project))
+    return replace(choice, radius_min_mm=least, radius_max_mm=largest, forming=forming)
 
 
 def trim_plates(
@@ -215,4 +231,4 @@ def area(mid: RuledPatch) -> float:
     """Area in mm2, by quads."""
     first, second = mid.edges(mid.parameters(8))
     a, b = second[1:] - first[:-1], second[:-1] - first[1:]
-    return float(np.linalg.norm(np.cross(a, b), axis=1).sum() / 2.0)
+    return float(np.linalg.norm(cross(a, b), axis=1).sum() / 2.0)

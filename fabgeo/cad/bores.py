@@ -18,14 +18,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from OCP.Geom import Geom_BSplineCurve, Geom_CylindricalSurface, Geom_Line, Geom_Plane
-from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
+from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Line, Geom_Plane
+from OCP.Geom2d import Geom2d_BezierCurve, Geom2d_Line
 from OCP.gp import gp_Dir2d, gp_Pnt2d
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 from fabgeo.cad import kernel
-from fabgeo.cad.rims import DEGREE, Piece, Rim, Skin, pieces
+from fabgeo.cad.rims import Piece, Rim, Skin, pieces
 from fabgeo.cad.topology import BUILDER, FORWARD, REVERSED, TOL, close_face, vertex
 from fabgeo.structures.parts import Hole
 
@@ -82,18 +82,17 @@ class _Ring:
         ]
 
     def _edge(self, rim: Rim, start: TopoDS_Vertex, end: TopoDS_Vertex) -> TopoDS_Edge:
-        knots = kernel.knot_arrays(rim.knots)
-        curve = Geom_BSplineCurve(kernel.points(rim.points), *knots, DEGREE)
+        curve = Geom_BezierCurve(kernel.points(rim.points))
         edge = TopoDS_Edge()
         BUILDER.MakeEdge(edge, curve, self.tolerance)
         BUILDER.Range(edge, 0.0, 1.0)
         BUILDER.Add(edge, start.Oriented(FORWARD))
         BUILDER.Add(edge, end.Oriented(REVERSED))
-        self._lay(edge, rim.knots, rim.skin, self.side.face)
+        self._lay(edge, rim.skin, self.side.face)
         return edge
 
-    def _lay(self, edge: TopoDS_Edge, knots: Array, poles: Array, face: TopoDS_Face) -> None:
-        flat = Geom2d_BSplineCurve(kernel.points_2d(poles), *kernel.knot_arrays(knots), DEGREE)
+    def _lay(self, edge: TopoDS_Edge, poles: Array, face: TopoDS_Face) -> None:
+        flat = Geom2d_BezierCurve(kernel.points_2d(poles))
         BUILDER.UpdateEdge(edge, flat, face, self.tolerance)
         BUILDER.Range(edge, face, 0.0, 1.0)
 
@@ -105,9 +104,8 @@ class _Ring:
     def on_cylinder(self, k: int, face: TopoDS_Face) -> None:
         """Lay rim k on its half cylinder: the angle grows evenly, the height is s."""
         rim = self.rims[k]
-        windows = np.lib.stride_tricks.sliding_window_view(rim.knots[1:-1], DEGREE)
-        angle = np.pi * windows.mean(axis=-1)  # Greville points: the poles of the identity
-        self._lay(self.edges[k], rim.knots, np.stack([angle, rim.height], axis=1), face)
+        angle = np.linspace(0.0, np.pi, len(rim.height))  # poles of a straight line
+        self._lay(self.edges[k], np.stack([angle, rim.height], axis=1), face)
 
 
 def _post(piece: Piece, low: _Ring, high: _Ring, k: int) -> TopoDS_Edge:
@@ -136,7 +134,7 @@ def _wall(piece: Piece, low: _Ring, high: _Ring, posts: list[TopoDS_Edge], k: in
             BUILDER.UpdateEdge(post, line, face, TOL)
     else:
         # The wall's outside is the material: x runs along it, z up, so x cross z points there.
-        BUILDER.MakeFace(face, Geom_Plane(kernel.axes(piece.centre, np.cross(x, z), x)), TOL)
+        BUILDER.MakeFace(face, Geom_Plane(kernel.axes(piece.centre, cross(x, z), x)), TOL)
     close_face(face, [(low.edges[k], True), (end, True), (high.edges[k], False), (start, False)])
     return face.Reversed()
 

@@ -22,7 +22,7 @@ from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopoDS import TopoDS_Shape, TopoDS_Solid
 from OCP.TopTools import TopTools_ListOfShape
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 from fabgeo.cad import kernel
 from fabgeo.errors import PartError
 
@@ -63,7 +63,7 @@ def rounded_bar(
     origin: Array, axis: Array, along: Array, width: float, slot: float, height: float
 ) -> TopoDS_Shape:
     """A bar of stadium section: two half cylinders, `slot` apart, and the box between them."""
-    across = np.cross(axis, along)
+    across = cross(axis, along)
     half, radius = slot / 2.0, width / 2.0
     corners = [
         origin + s * half * along + t * radius * across

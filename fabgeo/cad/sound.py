@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import BSpline
 
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, cross, dot
 from fabgeo.errors import PartError
 from fabgeo.structures.parts import Prism
 
@@ -29,13 +29,6 @@ _FOLD = 1e-3
 """The slowest vertex moves forward at this fraction of the fastest one, at least."""
 
 _PER_SPAN = 4
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Vector products along the last axis (numpy's own spends most of its time on axes)."""
-    x, y, z = a[..., 0], a[..., 1], a[..., 2]
-    p, q, r = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([y * r - z * q, z * p - x * r, x * q - y * p], axis=-1)
 
 
 def vector_area(polygon: Array) -> Array:

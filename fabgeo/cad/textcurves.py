@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.cad.part21 import Entities
 from fabgeo.errors import InputError
 
@@ -159,7 +159,7 @@ def frame_of(file: Entities, number: int) -> Array:
     x = point_of(file, ref) if ref else np.eye(3)[np.argmin(np.abs(z))]
     x = unit(x - (x @ z) * z)
     matrix = np.eye(4)
-    matrix[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    matrix[:3, :3] = np.stack([x, cross(z, x), z], axis=1)
     matrix[:3, 3] = point_of(file, where)
     return matrix
 

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, cross, dot
 from fabgeo.cad.part21 import Entities
 from fabgeo.cad.textcurves import bases, frame_of, point_of
 from fabgeo.errors import InputError
@@ -163,7 +163,7 @@ def gauss_moment(surface: Surface, uv: Array, about: Array, spans: Array) -> Arr
         v = low + half[:, None] * (_NODES + 1.0)
         u = np.broadcast_to(uv[:, :1], v.shape)
         x, xu, xv = surface.at(np.stack([u, v], -1).reshape(-1, 2))
-        density = dot(x - about, np.cross(xu, xv)).reshape(v.shape)
+        density = dot(x - about, cross(xu, xv)).reshape(v.shape)
         total += (density @ _WEIGHTS) * half
     return total
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import dot
+from fabgeo.arrays import cross, dot
 from fabgeo.fitting.held import Held
 from fabgeo.fitting.reference import Reference, Side
-from fabgeo.fitting.samples import Net, Sites, cross
+from fabgeo.fitting.samples import Net, Sites
 
 LEAST_ANGLE = np.radians(15.0)  # between the boundary and its conjugate direction
 LEAST_TWIST = np.radians(0.2)  # of the surface along one ruling: less does not matter

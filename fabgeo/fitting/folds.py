@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.fitting.objectives.base import State
-from fabgeo.fitting.samples import Sites, cross
+from fabgeo.fitting.samples import Sites
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import sys
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -73,9 +76,17 @@ def pardiso() -> Callable[[IntArray, IntArray, int], Factorisation] | None:
     """The PARDISO factorisation where the extra ``fast`` is installed, else None."""
     if importlib.util.find_spec("pypardiso") is None:
         return None
+    _point_to_mkl()
     from fabgeo.fitting.pardiso import Pardiso
 
     return Pardiso
+
+
+def _point_to_mkl() -> None:
+    """Name MKL's library, for which pypardiso would search the whole environment (2 s)."""
+    found = sorted(Path(sys.prefix).glob("[Ll]ib*/*mkl_rt*"))
+    if found and "PYPARDISO_MKL_RT" not in os.environ:
+        os.environ["PYPARDISO_MKL_RT"] = str(found[0])
 
 
 def numbered_csr(

@@ -6,10 +6,6 @@ substitution.
 
 from __future__ import annotations
 
-import os
-import sys
-from pathlib import Path
-
 import numpy as np
 import scipy.sparse as sp
 from pypardiso import PyPardisoSolver
@@ -30,7 +26,6 @@ class Pardiso:
         self._matrix, self._take = numbered_csr(row[upper], column[upper], upper, size)
         starts, columns = self._matrix.indptr[:-1], self._matrix.indices
         self._diagonal = starts[columns[starts] == np.arange(size)]
-        _point_to_mkl()
         self._solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
         self._analysed = False
 
@@ -52,10 +47,3 @@ class Pardiso:
         if getattr(self, "_analysed", False):
             self._solver.set_phase(-1)
             self._solver._call_pardiso(sp.csr_matrix((0, 0)), np.zeros(0))
-
-
-def _point_to_mkl() -> None:
-    """Name MKL's library, for which every new solver would search the whole environment."""
-    found = sorted(Path(sys.prefix).glob("[Ll]ib*/*mkl_rt*"))
-    if found and "PYPARDISO_MKL_RT" not in os.environ:
-        os.environ["PYPARDISO_MKL_RT"] = str(found[0])

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 from fabgeo.strips.model import StripModel
 
 
@@ -92,7 +92,7 @@ def _third(p: Array, q: Array, a: Array, b: Array, c: Array) -> Array:
     e = b - a
     size = np.linalg.norm(e)
     x = float(e @ (c - a)) / size
-    y = float(np.linalg.norm(np.cross(e, c - a))) / size
+    y = float(np.linalg.norm(cross(e, c - a))) / size
     d = (q - p) / size
     return p + x * d + y * np.array([d[1], -d[0]])
 

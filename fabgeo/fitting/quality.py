@@ -6,12 +6,12 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.circular import Circular
 from fabgeo.fitting.objectives.conical import Conical
 from fabgeo.fitting.objectives.geodesic import Geodesic
-from fabgeo.fitting.samples import Net, Sites, cross
+from fabgeo.fitting.samples import Net, Sites
 from fabgeo.strips.model import Kind
 
 KIND_TERM = {"conical": Conical, "circular": Circular, "geodesic": Geodesic}

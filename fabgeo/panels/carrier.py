@@ -28,7 +28,7 @@ from typing import Self
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, unit
 
 
 @dataclass(frozen=True)
@@ -250,7 +250,7 @@ def frames(ruling: Array, normal: Array) -> Array:
     """Right-handed frames (p, 3, 3), rows a, m, n, from rulings and normals (p, 3)."""
     n = unit(normal)
     a = unit(ruling - np.einsum("pi,pi->p", ruling, n)[:, None] * n)
-    return np.stack([a, np.cross(n, a), n], axis=1)
+    return np.stack([a, cross(n, a), n], axis=1)
 
 
 def _rotations(vectors: Array) -> Array:

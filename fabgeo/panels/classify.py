@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, unit
 from fabgeo.panels.candidates import OwnCandidates, own_candidates
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.forming import Forming, Sheet, forming_of
@@ -247,8 +247,8 @@ def bending_radii(samples: Samples) -> list[tuple[float, float]]:
     curvatures = []
     for side in (0, 1):
         speed, second = samples.edges[1, :, :, side], samples.edges[2, :, :, side]
-        normal = unit(np.cross(speed, rulings))
-        across = dot(np.cross(normal, rulings), speed)
+        normal = unit(cross(speed, rulings))
+        across = dot(cross(normal, rulings), speed)
         # II(x_t, x_t) = n . x_tt: along the rulings a developable does not bend.
         curvatures.append(np.abs(dot(normal, second)) / across**2)
     kappa = np.concatenate(curvatures, axis=1)
@@ -275,7 +275,7 @@ def bend_lines(samples: Samples, tolerance: float) -> list[str]:
     middle = samples.points(np.array([0.5]))[:, :, 0]
     half = np.linalg.norm(samples.edges[0, :, :, 1] - samples.edges[0, :, :, 0], axis=-1) / 2.0
     mean = unit(rulings.mean(axis=1))[:, None]
-    parallel = (np.linalg.norm(np.cross(rulings, mean), axis=-1) * half).max(axis=1)
+    parallel = (np.linalg.norm(cross(rulings, mean), axis=-1) * half).max(axis=1)
     # The point closest to all rulings: sum (1 - e e') (x - c) = 0, about the patch's own middle.
     centre = middle.mean(axis=1)
     away = np.eye(3) - rulings[..., :, None] * rulings[..., None, :]
@@ -284,7 +284,7 @@ def bend_lines(samples: Samples, tolerance: float) -> list[str]:
     matrix = matrix + 1e-14 * np.trace(matrix, axis1=1, axis2=2)[:, None, None] * np.eye(3)
     apex = centre + np.linalg.solve(matrix, right[..., None])[..., 0]
     towards = unit(middle - apex[:, None])
-    concurrent = (np.linalg.norm(np.cross(rulings, towards), axis=-1) * half).max(axis=1)
+    concurrent = (np.linalg.norm(cross(rulings, towards), axis=-1) * half).max(axis=1)
     return [
         "parallel" if p <= tolerance else "concurrent" if c <= tolerance else "free"
         for p, c in zip(parallel, concurrent, strict=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, unit
 from fabgeo.panels.candidates import targets_of
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.fit_shape import Targets, fit
@@ -147,7 +147,7 @@ class Coordination:
 def _across(points: Array, normals: Array) -> Array:
     """Unit directions across joints within the panel, (j, s, 3)."""
     along = np.gradient(points, axis=1)
-    return unit(np.cross(normals, along))
+    return unit(cross(normals, along))
 
 
 def _colours(count: int, joints: Joints) -> IntArray:

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.interpolate import BSpline
 
-from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, unit
 from fabgeo.errors import InputError
 from fabgeo.strips.ruled import RuledPatch
 
@@ -90,7 +90,7 @@ class Samples:
     def normals(self, v: float = 0.5) -> Array:
         """Unit normals x_u x x_v (p, s, 3) at one ruling fraction."""
         speed = (1.0 - v) * self.edges[1, :, :, 0] + v * self.edges[1, :, :, 1]
-        return unit(np.cross(speed, self.rulings))
+        return unit(cross(speed, self.rulings))
 
     @property
     def size(self) -> Array:
@@ -133,7 +133,7 @@ def turning(samples: Samples) -> tuple[Array, Array, Array]:
         great circle (cylinder), proportional to `bend` on a small circle (cone).
     """
     rulings, normals = samples.rulings, samples.normals()
-    across = np.cross(normals, rulings)  # along m = n x a
+    across = cross(normals, rulings)  # along m = n x a
     middle = samples.points(np.array([0.5]))[:, :, 0]
 
     def between(values: Array) -> Array:
@@ -159,12 +159,12 @@ def boundary_tilt(samples: Samples) -> tuple[Array, Array]:
     points, along = [], []
     for side, sign in ((0, -1.0), (1, 1.0)):
         speed = unit(samples.edges[1, :, ::2, side])
-        normal = unit(np.cross(speed, rulings[:, ::2]))
+        normal = unit(cross(speed, rulings[:, ::2]))
         points.append(samples.edges[0, :, ::2, side])
-        along.append(sign * np.cross(normal, speed))
+        along.append(sign * cross(normal, speed))
     for row, sign in ((0, -1.0), (-1, 1.0)):
         normal = samples.normals()[:, row]
-        across = sign * np.cross(normal, rulings[:, row])
+        across = sign * cross(normal, rulings[:, row])
         points.append(samples.edges[0, :, row])
         along.append(np.repeat(across[:, None], 2, axis=1))
     return np.concatenate(points, axis=1), np.concatenate(along, axis=1)
@@ -177,6 +177,6 @@ def end_swing(samples: Samples) -> tuple[Array, Array, Array]:
     with the fitted ones: else neighbours of one strip leave a wedge.
     """
     ends = samples.edges[0][:, [0, -1]]
-    across = np.cross(samples.normals()[:, [0, -1]], samples.rulings[:, [0, -1]])
+    across = cross(samples.normals()[:, [0, -1]], samples.rulings[:, [0, -1]])
     half = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1) / 2.0
     return ends.mean(axis=2), across, half

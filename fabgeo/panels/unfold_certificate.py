@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import legendre
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.panels.flat import FlatEdge
 from fabgeo.panels.unfold_develop import Development, hermite
 from fabgeo.panels.unfold_quadrature import Quadrature
@@ -93,7 +93,7 @@ def area_in_space(mid: RuledPatch, rule: Quadrature) -> float:
     a, b = mid.edges(u)
     da, db = mid.edges(u, 1)
     v = _X[:, None, None]
-    density = np.linalg.norm(np.cross((1.0 - v) * da + v * db, b - a), axis=-1)
+    density = np.linalg.norm(cross((1.0 - v) * da + v * db, b - a), axis=-1)
     return float(rule.integral(np.einsum("k,kn->n", _W, density).reshape(rule.nodes.shape)))
 
 
@@ -104,7 +104,7 @@ def angle_error(mid: RuledPatch, flat: Development) -> float:
     moving = np.linalg.norm(speed, axis=-1) > 1e-9
     e, flat_e = unit(b - a), unit(flat.edges[1] - flat.edges[0])
     t = unit(speed)
-    space = np.arctan2(np.linalg.norm(np.cross(t, e), axis=-1), dot(t, e))
+    space = np.arctan2(np.linalg.norm(cross(t, e), axis=-1), dot(t, e))
     plane = np.arctan2(
         np.abs(flat.tangents[..., 0] * flat_e[:, 1] - flat.tangents[..., 1] * flat_e[:, 0]),
         dot(flat.tangents, flat_e),
@@ -138,14 +138,9 @@ def twist(mid: RuledPatch, rule: Quadrature) -> float:
     """Largest angle, in degrees, between the normals at the two ends of one ruling."""
     p, q = _perpendicular(mid, rule.nodes.ravel())
     size = np.linalg.norm(p, axis=-1) * np.linalg.norm(q, axis=-1)
-    sine = np.linalg.norm(np.cross(p, q), axis=-1)
+    sine = np.linalg.norm(cross(p, q), axis=-1)
     keep = size > 1e-9 * size.max()
     return float(np.degrees(np.arctan2(sine[keep], dot(p, q)[keep]).max(initial=0.0)))
-
-
-def _across(a: Array, b: Array) -> Array:
-    """Vector products as float64."""
-    return np.asarray(np.cross(a, b), dtype=np.float64)
 
 
 def normals(mid: RuledPatch, u: Array) -> tuple[Array, Array, Array]:
@@ -158,12 +153,12 @@ def normals(mid: RuledPatch, u: Array) -> tuple[Array, Array, Array]:
     velocity, acceleration = mid.edges(u, 1), mid.edges(u, 2)
     ruling = b - a
     x_u, x_uu = velocity.mean(axis=0), acceleration.mean(axis=0)
-    normal = _across(x_u, ruling)
+    normal = cross(x_u, ruling)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     n = normal / size
-    change = _across(x_uu, ruling) + _across(x_u, velocity[1] - velocity[0])
+    change = cross(x_uu, ruling) + cross(x_u, velocity[1] - velocity[0])
     change = (change - dot(change, n)[:, None] * n) / size
-    across = _across(unit(ruling), n)
+    across = cross(unit(ruling), n)
     return n, dot(change, across), size[:, 0] / np.linalg.norm(ruling, axis=-1)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
@@ -62,5 +62,5 @@ def _angle(a: Array, centre_a: Array, b: Array, centre_b: Array) -> float:
     normals = []
     for edge, centre in ((a, centre_a), (b, centre_b)):
         middle = edge[len(edge) // 2]
-        normals.append(unit(np.cross(edge[-1] - edge[0], centre - middle)))
+        normals.append(unit(cross(edge[-1] - edge[0], centre - middle)))
     return float(np.arccos(np.clip(abs(float(normals[0] @ normals[1])), 0.0, 1.0)))

@@ -6,7 +6,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
@@ -79,7 +79,7 @@ def _bent(
 ) -> None:
     """Radii, twist and class of the mid-surface."""
     first, second = rail_normals(*rails)
-    sine = np.linalg.norm(np.cross(first, second), axis=1)
+    sine = np.linalg.norm(cross(first, second), axis=1)
     twist = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
     if row.get("class"):
         measured.worst("panel_twist_max_deg", float(twist.max()))
@@ -116,12 +116,12 @@ def ruling_radii(rails: tuple[Array, Array]) -> Array:
     a, b = (CubicSpline(sites, rail) for rail in rails)
     chord, change = b(sites) - a(sites), b(sites, 1) - a(sites, 1)
     middle, speed = 0.5 * (a(sites, 1) + b(sites, 1)), 0.5 * (a(sites, 2) + b(sites, 2))
-    across = np.cross(middle, chord)
+    across = cross(middle, chord)
     size = np.linalg.norm(across, axis=1, keepdims=True)
     m = across / size
-    rate = np.cross(speed, chord) + np.cross(middle, change)
+    rate = cross(speed, chord) + cross(middle, change)
     turn = np.linalg.norm(rate - np.sum(rate * m, axis=1, keepdims=True) * m, axis=1) / size[:, 0]
-    side = unit(np.cross(chord, m))
+    side = unit(cross(chord, m))
     widths = [np.abs(np.sum(rail(sites, 1) * side, axis=1)) for rail in (a, b)]
     return np.array(widths) / np.maximum(turn, 1e-15)
 

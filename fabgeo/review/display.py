@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import BSpline
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.review.record import Family, Shown
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate, Prism
@@ -34,7 +34,7 @@ def patch_normals(patch: RuledPatch, u: Array) -> Array:
     """Unit normals (k, 3) of a developable patch along its rulings at u (k,)."""
     a, b = patch.edges(u)
     da, db = patch.edges(u, 1)
-    return unit(np.cross(0.5 * (da + db), b - a))
+    return unit(cross(0.5 * (da + db), b - a))
 
 
 def facing(shown: Shown, outward: Array) -> Shown:

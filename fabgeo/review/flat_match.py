@@ -10,7 +10,8 @@ from fabgeo.arrays import Array
 from fabgeo.review.measured import FlatFile
 from fabgeo.review.solid_plate import SolidPlate, developed
 
-CORNER = np.radians(8.0)  # turn of an outline that may be a corner
+CORNER = np.radians(6.0)  # turn of an outline that may be a corner
+SHARP = np.radians(9.0)  # turn of a solid's edges that is a corner of its outline for certain
 
 
 @dataclass(frozen=True)
@@ -39,23 +40,29 @@ class Match:
 
 
 def match(outline: Array, plate: SolidPlate) -> Match | None:
-    """The best of all ways to lay the solid's edges along the outline; None: no corner fits."""
+    """The best of all ways to lay the solid's edges along the outline; None: no corner fits.
+
+    Sharp corners of the solid lie at corners of the outline. Where edges of the solid meet
+    smoothly, as at the tip of a panel that is cut along a boundary, the outline shows no corner:
+    the edges on both sides share the length between the sharp corners around them.
+    """
     arc, length = _arcs(outline)
     corners = np.flatnonzero(_turns(outline) > CORNER)
-    if len(corners) < 3:
+    sharp = np.flatnonzero(plate.turns > SHARP)
+    if len(sharp) < 2 or len(corners) < len(sharp):
         return None
     found: list[tuple[float, Match]] = []
+    steps = np.append(0.0, np.cumsum(plate.lengths)[:-1])
     for sense in (1, -1):
-        steps = np.append(0.0, np.cumsum(plate.lengths)[:-1])
         for start in corners:
-            wanted = (arc[start] + sense * steps) % length
-            away = (arc[corners][None] - wanted[:, None] + length / 2) % length - length / 2
-            nearest = corners[np.abs(away).argmin(axis=1)]
+            wanted = arc[start] + sense * (steps - steps[sharp[0]])
+            away = (arc[corners][None] - wanted[sharp, None] + length / 2) % length - length / 2
+            nearest = np.abs(away).argmin(axis=1)
             if len(set(nearest.tolist())) < len(nearest):
                 continue
-            arcs = arc[nearest]
-            ends = np.roll(arcs, -1)
-            own = (sense * (ends - arcs)) % length
+            moved = away[np.arange(len(sharp)), nearest]
+            arcs = (wanted + np.interp(steps, *_around(steps[sharp], moved, plate))) % length
+            own = (sense * (np.roll(arcs, -1) - arcs)) % length
             errors = own - plate.lengths
             found.append(
                 (float(np.abs(errors).max()), Match(errors, None, outline[0], arcs, sense))
@@ -66,6 +73,15 @@ def match(outline: Array, plate: SolidPlate) -> Match | None:
     close = [m for score, m in found if score <= least + 0.2]
     compared = [_compared(outline, plate, m) for m in close]
     return min(compared, key=lambda m: m.away if m.away is not None else 0.0)
+
+
+def _around(sites: Array, values: Array, plate: SolidPlate) -> tuple[Array, Array]:
+    """Sites and values at sharp corners, once more before and after the closed outline."""
+    whole = float(plate.lengths.sum())
+    return (
+        np.concatenate([sites[-1:] - whole, sites, sites[:1] + whole]),
+        np.concatenate([values[-1:], values, values[:1]]),
+    )
 
 
 def point_at(outline: Array, positions: Array) -> Array:

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, IntArray
+from fabgeo.arrays import Array, IntArray, cross
 from fabgeo.errors import InputError
 from fabgeo.review.record import ReviewRecord, Row
 from fabgeo.review.verdicts import judged
@@ -64,7 +64,7 @@ def triangles(rails: Array) -> tuple[Array, IntArray]:
     faces = np.concatenate([sides, start, start[:, ::-1] + k - 1])
     points = rails.reshape(-1, 3)
     p, q, r = (points[faces[:, m]] - points.mean(axis=0) for m in range(3))
-    inward = np.einsum("ij,ij->", p, np.cross(q, r)) < 0.0
+    inward = np.einsum("ij,ij->", p, cross(q, r)) < 0.0
     return points, faces[:, ::-1] if inward else faces
 
 
@@ -101,7 +101,7 @@ class _Model:
         place = make("IfcCartesianPoint", [float(v) for v in point])
         ways: dict[str, Any] = {}
         if axis is not None:
-            side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+            side = cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
             side /= np.linalg.norm(side)
             for key, way in (("Axis", axis), ("RefDirection", side)):
                 ways[key] = make("IfcDirection", [float(v) for v in way])

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 from fabgeo.review.paper import GREY, INK, Box, Paper
 from fabgeo.review.picture import Polygon, picture_of, view_of
 from fabgeo.review.record import Shown
@@ -19,7 +19,7 @@ def space_view(paper: Paper, box: Box, part: Shown | None) -> None:
     if part is None:
         paper.text(box.x, box.y + box.height / 2, "not shown", 7, colour=GREY)
         return
-    side = unit(np.cross(part.normal, [0.3, 0.2, 1.0]))
+    side = unit(cross(part.normal, np.array([0.3, 0.2, 1.0])))
     view = view_of(unit(part.normal + 0.7 * side + np.array([0.0, 0.0, 0.35])))
     polygons = picture_of([part], view, largest_only=False, steps=13)
     move = _mapping(np.concatenate([p.points for p in polygons]), box)

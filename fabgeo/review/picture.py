@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 from fabgeo.review.record import Shown
 
 ISOMETRIC = np.array([-0.62, -0.55, 0.56])
@@ -34,8 +34,8 @@ def view_of(towards: Array = ISOMETRIC) -> Array:
     """The view (3, 3) whose eye lies in the direction `towards`."""
     eye = unit(np.asarray(towards, dtype=float))
     up = np.array([0.0, 0.0, 1.0]) if abs(eye[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
-    right = unit(np.cross(up, eye))
-    return np.stack([right, np.cross(eye, right), eye])
+    right = unit(cross(up, eye))
+    return np.stack([right, cross(eye, right), eye])
 
 
 def faces_of(part: Shown) -> list[Array]:
@@ -79,4 +79,4 @@ def picture_of(
 
 def _normal(face: Array) -> Array:
     """Vector area of a closed contour (Newell)."""
-    return 0.5 * np.cross(face, np.roll(face, -1, axis=0)).sum(axis=0)
+    return 0.5 * cross(face, np.roll(face, -1, axis=0)).sum(axis=0)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 
 if TYPE_CHECKING:
     from fabgeo.cad.readback import EdgeSamples, ReadPart
@@ -65,6 +65,14 @@ class SolidPlate:
         """Corner points of the mid-surface."""
         return np.stack([edge[0] for edge in self.edges])
 
+    @property
+    def turns(self) -> Array:
+        """Angles by which the mid-surface's outline turns at its corners, radians."""
+        leave = unit(np.stack([_tangent(edge) for edge in self.edges]))
+        arrive = np.roll(unit(np.stack([-_tangent(edge[::-1]) for edge in self.edges])), 1, axis=0)
+        sine = np.linalg.norm(cross(arrive, leave), axis=1)
+        return np.arctan2(sine, np.sum(arrive * leave, axis=1))
+
     def rails(self) -> tuple[Array, Array] | None:
         """The two edges that rulings join, in the same sense; None: not a four-sided plate."""
         if len(self.edges) != 4:
@@ -74,6 +82,13 @@ class SolidPlate:
             return None
         a, b = self.edges[first], self.edges[first + 2][::-1]
         return a, b
+
+
+def _tangent(points: Array) -> Array:
+    """Derivative at the first of evenly sampled points, exact on parabolas."""
+    if len(points) < 3:
+        return points[1] - points[0]
+    return 2.0 * points[1] - 1.5 * points[0] - 0.5 * points[2]
 
 
 def polyline_length(points: Array) -> float:
@@ -160,7 +175,7 @@ def _is_straight(points: Array, tolerance: float = 1e-6) -> bool:
     length = float(np.linalg.norm(chord))
     if length == 0.0:
         return False
-    away = np.linalg.norm(np.cross(points - points[0], chord / length), axis=1)
+    away = np.linalg.norm(cross(points - points[0], chord / length), axis=1)
     return bool(away.max() <= tolerance * length)
 
 
@@ -235,7 +250,7 @@ def rail_normals(a: Array, b: Array) -> tuple[Array, Array]:
     from scipy.interpolate import CubicSpline
 
     sites = np.arange(len(a), dtype=float)
-    first, second = (np.cross(CubicSpline(sites, rail)(sites, 1), b - a) for rail in (a, b))
+    first, second = (cross(CubicSpline(sites, rail)(sites, 1), b - a) for rail in (a, b))
     return unit(first), unit(second)
 
 

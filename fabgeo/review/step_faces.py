@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 
 ENTITY = re.compile(r"#(\d+)\s*=\s*([A-Z0-9_]+)\s*\(([^;]*)\)\s*;", re.DOTALL)
 REFERENCE = re.compile(r"#(\d+)")
@@ -86,7 +86,7 @@ def _vector_area(step: StepText, bound: int) -> Array:
     points = np.array(corners)
     if len(points) < 3:
         return np.zeros(3)
-    area = 0.5 * np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+    area = 0.5 * cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
     return area if step.forward(bound) else -area
 
 
@@ -99,7 +99,7 @@ def _normal(step: StepText, surface: int) -> Array | None:
         return None
     rows = re.findall(r"\((#[^()]*)\)", step.entities[surface][1])
     poles = np.array([[step.vector(int(n)) for n in REFERENCE.findall(row)] for row in rows])
-    return np.cross((poles[-1] - poles[0]).sum(axis=0), (poles[:, -1] - poles[:, 0]).sum(axis=0))
+    return cross((poles[-1] - poles[0]).sum(axis=0), (poles[:, -1] - poles[:, 0]).sum(axis=0))
 
 
 def _product(step: StepText, representation: int) -> str:

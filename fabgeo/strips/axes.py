@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError
-from fabgeo.strips.frames import EdgeCurves, Frames, around, cross, frames, normal_change
+from fabgeo.strips.frames import EdgeCurves, Frames, around, frames, normal_change
 from fabgeo.strips.integrate import antiderivative
 
 type Field = Callable[[Array], Array]

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, cross, dot
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import Axes, circular_normals
-from fabgeo.strips.frames import EdgeCurves, cross, frames
+from fabgeo.strips.frames import EdgeCurves, frames
 from fabgeo.strips.integrate import antiderivative
 from fabgeo.strips.model import Kind, StripModel
 

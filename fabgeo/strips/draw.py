@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
-from fabgeo.strips.frames import cross, frames
+from fabgeo.arrays import Array, cross
+from fabgeo.strips.frames import frames
 from fabgeo.strips.measures import Measures, Worst, measure, twist
 from fabgeo.strips.model import StripModel
 

@@ -21,9 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import InputError
-from fabgeo.strips.frames import cross
 from fabgeo.strips.model import Kind, StripModel
 
 _STEP = 0.02

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import Axes, Field
-from fabgeo.strips.frames import EdgeCurves, around, cross
+from fabgeo.strips.frames import EdgeCurves, around
 from fabgeo.strips.integrate import antiderivative
 
 # An envelope's ruling must make at least this angle with the edge tangent.

@@ -21,14 +21,7 @@ from typing import Protocol
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, dot, unit
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Cross products along the last axis (three times as quick as numpy's)."""
-    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
-    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
+from fabgeo.arrays import Array, cross, dot, unit
 
 
 class EdgeCurves(Protocol):

@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, dot
-from fabgeo.strips.frames import EdgeCurves, Frames, cross, frames, normal_change
+from fabgeo.arrays import Array, BoolArray, cross, dot
+from fabgeo.strips.frames import EdgeCurves, Frames, frames, normal_change
 
 
 @dataclass(frozen=True)

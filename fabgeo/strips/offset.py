@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, cross, dot
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import Axes, axes
-from fabgeo.strips.frames import cross, frames
+from fabgeo.strips.frames import frames
 from fabgeo.strips.model import StripModel
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo import spline
-from fabgeo.arrays import Array, BoolArray, IntArray, dot, set_frozen, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, set_frozen, unit
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.surfaces.base import DesignSurface
@@ -92,7 +92,7 @@ class _Loop:
         self._leave = np.where(smooth, tangent, chord)
         self._arrive = np.where(np.roll(smooth, -1, axis=0), np.roll(tangent, -1, axis=0), chord)
         normal = surface.closest(points).normal
-        inwards = np.cross(normal, self._leave), np.cross(np.roll(normal, -1, 0), self._arrive)
+        inwards = cross(normal, self._leave), cross(np.roll(normal, -1, 0), self._arrive)
         size = float(np.linalg.norm(self._step, axis=1).min())
         probe = (points + after) / 2.0 + 0.01 * size * inwards[0]
         sign = 1.0 if surface.closest(probe).on_boundary.mean() < 0.5 else -1.0
@@ -443,7 +443,7 @@ def _area_inside(edges: Edges, inside: Inside, u: Array) -> float:
     v = np.linspace(0.0, 1.0, 17)
     grid = first[:, None] + v[:, None] * (second - first)[:, None]
     a, b = grid[1:, :-1] - grid[:-1, :-1], grid[:-1, 1:] - grid[:-1, :-1]
-    size = np.linalg.norm(np.cross(a, b), axis=-1)
+    size = np.linalg.norm(cross(a, b), axis=-1)
     middle = (grid[1:, 1:] + grid[:-1, :-1]) / 2.0
     return float(np.sum(size.ravel()[inside(middle.reshape(-1, 3))]))
 
@@ -466,5 +466,5 @@ def _ruled_area(ruled: RuledPatch) -> float:
 def _grid_area(first: Array, second: Array) -> float:
     """Area between two polylines of corresponding points, by triangles."""
     a, b, c, d = first[:-1], first[1:], second[:-1], second[1:]
-    halves = np.cross(b - a, c - a), np.cross(c - d, b - d)
+    halves = cross(b - a, c - a), cross(c - d, b - d)
     return float(sum(np.linalg.norm(h, axis=1).sum() for h in halves) / 2.0)

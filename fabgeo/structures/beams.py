@@ -23,11 +23,11 @@ from typing import Literal
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot
+from fabgeo.arrays import Array, cross, dot
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.strips.axes import Axes, axes
 from fabgeo.strips.flanges import axis_strip, envelope, trajectory
-from fabgeo.strips.frames import EdgeCurves, cross
+from fabgeo.strips.frames import EdgeCurves
 from fabgeo.strips.interpolated import interpolated, knots_between
 from fabgeo.strips.model import StripModel
 from fabgeo.strips.ruled import RuledPatch

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from fabgeo.arrays import Array, set_frozen, unit
-from fabgeo.strips.frames import cross
+from fabgeo.arrays import Array, cross, set_frozen, unit
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, unit
-from fabgeo.strips.frames import cross
+from fabgeo.arrays import Array, cross, unit
 from fabgeo.structures.connectors import Fixing, pierce
 from fabgeo.structures.parts import Beam, Connector, Plate
 from fabgeo.structures.prisms import ruled_normals

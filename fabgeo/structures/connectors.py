@@ -21,9 +21,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import InputError
-from fabgeo.strips.frames import cross
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import with_holes
 from fabgeo.structures.parts import Beam, Connector, Hole, Plate

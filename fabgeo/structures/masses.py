@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, set_frozen
-from fabgeo.strips.frames import cross
+from fabgeo.arrays import Array, cross, dot, set_frozen
 from fabgeo.structures.parts import Hole, Plate
 
 DENSITIES = {"steel": 7850e-9, "aluminium": 2700e-9, "glass": 2500e-9}  # kg / mm3

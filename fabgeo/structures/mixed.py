@@ -18,11 +18,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo import spline
-from fabgeo.arrays import Array, BoolArray, IntArray, checked, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import axes
 from fabgeo.strips.distances import project
-from fabgeo.strips.frames import cross, frames
+from fabgeo.strips.frames import frames
 from fabgeo.strips.model import StripModel
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import BeamRule, Section, beams

@@ -23,10 +23,10 @@ from typing import Literal
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.strips.axes import lean
-from fabgeo.strips.frames import cross, frames
+from fabgeo.strips.frames import frames
 from fabgeo.strips.interpolated import interpolated, knots_between
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError
-from fabgeo.strips.frames import cross
 from fabgeo.strips.interpolated import interpolated
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate, Prism

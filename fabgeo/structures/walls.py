@@ -12,10 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import Axes, axes
-from fabgeo.strips.frames import Frames, cross, frames
+from fabgeo.strips.frames import Frames, frames
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import BeamLine, Section

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, unit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +65,7 @@ class Chart(Protocol):
 
 def normals(d: Derivatives) -> Array:
     """Unit normals (k, 3) of x_u x x_v."""
-    return unit(np.cross(d.u, d.v))
+    return unit(cross(d.u, d.v))
 
 
 def shape_tensors(d: Derivatives, normal: Array) -> Array:

@@ -21,7 +21,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, IntArray, set_frozen
+from fabgeo.arrays import Array, IntArray, cross, set_frozen
 from fabgeo.errors import InputError
 
 WELD = 1e-7  # vertices closer than this part of the size are one
@@ -169,7 +169,7 @@ def _checked_faces(name: str, vertices: Array, faces: list[list[int]]) -> list[l
                 name, f"face {k} at {where} is degenerate: corners coincide", "remove the face"
             )
         p = vertices[corners]
-        area = np.linalg.norm(np.cross(p - p[0], np.roll(p, -1, axis=0) - p[0]).sum(axis=0)) / 2.0
+        area = np.linalg.norm(cross(p - p[0], np.roll(p, -1, axis=0) - p[0]).sum(axis=0)) / 2.0
         if area < 1e-14 * size * size:
             where = np.round(p[0], 6).tolist()
             raise InputError(name, f"face {k} at {where} has no area", "remove the face")

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, BoolArray, IntArray, checked, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
 from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.units import Unit
@@ -53,8 +53,8 @@ def vertex_patches(mesh: Mesh) -> VertexPatches:
     form = np.empty((len(normal), 5))
     for _ in range(2):  # the second time along the fitted normal
         helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
-        e1 = unit(np.cross(helper, normal))
-        frame = np.stack([e1, np.cross(normal, e1), normal], axis=1)
+        e1 = unit(cross(helper, normal))
+        frame = np.stack([e1, cross(normal, e1), normal], axis=1)
         form = _fit(mesh.vertices, near, frame)
         slope = np.stack([-form[:, 3], -form[:, 4], np.ones(len(form))], axis=1)
         normal = unit(np.einsum("nk,nkd->nd", slope, frame))
@@ -63,7 +63,7 @@ def vertex_patches(mesh: Mesh) -> VertexPatches:
 
 def _vertex_normals(mesh: Mesh) -> Array:
     p, t = mesh.vertices, mesh.triangulated
-    face = np.cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]])
+    face = cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]])
     normal = np.zeros_like(p)
     for k in range(3):
         np.add.at(normal, t[:, k], face)
@@ -172,9 +172,7 @@ class MeshSurface:
     def area(self) -> float:
         """Area of the flat triangles."""
         p = self.mesh.vertices[self.triangles]
-        return float(
-            np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2
-        )
+        return float(np.linalg.norm(cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2)
 
     @property
     def loops(self) -> tuple[Array, ...]:
@@ -202,7 +200,7 @@ class MeshSurface:
     def sample(self, count: int) -> SurfacePoints:
         """About `count` points spread evenly by area."""
         p, t = self.mesh.vertices, self.triangles
-        area = np.linalg.norm(np.cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]]), axis=1)
+        area = np.linalg.norm(cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]]), axis=1)
         bound = np.cumsum(area) / area.sum()
         k = np.arange(1, max(count, 1) + 1)
         which = np.minimum(np.searchsorted(bound, (k - 0.5) / len(k)), len(t) - 1)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, BoolArray, IntArray, checked, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
 from fabgeo.errors import InputError
 from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.border import Border
@@ -255,7 +255,7 @@ class ParametricSurface:
 
     def _off_poles(self, face: IntArray, u: Array, v: Array, d: Derivatives) -> Derivatives:
         """Derivatives for normal and curvature: beside a pole, where x_u x x_v vanishes."""
-        area = np.linalg.norm(np.cross(d.u, d.v), axis=1)
+        area = np.linalg.norm(cross(d.u, d.v), axis=1)
         scale = self._area_scale[face]
         rows = np.flatnonzero(area < 1e-7 * scale)
         if not len(rows):
@@ -291,7 +291,7 @@ class Starts:
             point = np.concatenate([point, border.point[rows]])
         d = chart.evaluate(*inside(chart, uv[:, 0], uv[:, 1]))
         # At a pole, where x_u x x_v vanishes, no step knows where to go: don't start there.
-        area = np.linalg.norm(np.cross(d.u, d.v), axis=1)
+        area = np.linalg.norm(cross(d.u, d.v), axis=1)
         regular = area > 1e-6 * area.mean()
         if not regular.any():
             raise InputError(f"face {face}", "has no area: its parameter lines all coincide")
@@ -325,7 +325,7 @@ def _area_scale(chart: Chart) -> float:
     t = np.array([0.21, 0.5, 0.77])
     u, v = (a.ravel() for a in np.meshgrid(u0 + t * (u1 - u0), v0 + t * (v1 - v0)))
     d = chart.evaluate(u, v)
-    return float(np.linalg.norm(np.cross(d.u, d.v), axis=1).mean())
+    return float(np.linalg.norm(cross(d.u, d.v), axis=1).mean())
 
 
 def _counts(chart: Chart) -> tuple[int, int]:
@@ -353,7 +353,7 @@ def _cell_areas(chart: Chart) -> Array:
     v = v0 + (np.arange(nv) + 0.5) * (v1 - v0) / nv
     uu, vv = np.meshgrid(u, v, indexing="ij")
     d = chart.evaluate(uu.ravel(), vv.ravel())
-    area = np.linalg.norm(np.cross(d.u, d.v), axis=1).reshape(nu, nv)
+    area = np.linalg.norm(cross(d.u, d.v), axis=1).reshape(nu, nv)
     return area * ((u1 - u0) / nu) * ((v1 - v0) / nv)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 
 DENSE = 1024
 
@@ -73,5 +73,5 @@ def _simpson_steps(speed: Callable[[Array], Array], t: Array) -> Array:
 def plane_axes(normal: Array) -> tuple[Array, Array]:
     """Two unit vectors that form a right-handed frame with `normal`."""
     helper: Array = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    e1 = unit(np.asarray(np.cross(helper, normal), dtype=np.float64))
-    return e1, np.cross(normal, e1)
+    e1 = unit(cross(helper, normal))
+    return e1, cross(normal, e1)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, checked, dot, unit
+from fabgeo.arrays import Array, checked, cross, dot, unit
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints
 
 DEEPEST = 4  # a step is divided at most into 2 ** DEEPEST
@@ -53,7 +53,7 @@ def principal_field(at: SurfacePoints, along: Array) -> Array:
 def conjugate_direction(at: SurfacePoints, along: Array) -> Array:
     """The direction (k, 3) conjugate to `along`: r . S along = 0."""
     bend = np.einsum("kij,kj->ki", at.shape, along)
-    return unit(np.cross(at.normal, bend))
+    return unit(cross(at.normal, bend))
 
 
 def trace_field(

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fabgeo.arrays import dot, unit
+from fabgeo.arrays import cross, dot, unit
 from fabgeo.strips import exact, measures
 from fabgeo.strips.axes import axes, circular_normals, conical_axes
 from fabgeo.strips.circular import circular_curves, conical_curves
 from fabgeo.strips.flanges import axis_strip, envelope, trajectory
-from fabgeo.strips.frames import cross, frames
+from fabgeo.strips.frames import frames
 
 ANGLES = np.linspace(0.0, 1.2, 9)
 PROFILE = np.stack([4000 * np.cos(ANGLES), 4000 * np.sin(ANGLES)], axis=1)

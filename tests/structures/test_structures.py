@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from fabgeo.arrays import dot, unit
+from fabgeo.arrays import cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips import exact
 from fabgeo.strips.axes import axes
 from fabgeo.strips.circular import conical_curves
-from fabgeo.strips.frames import cross
 from fabgeo.strips.model import StripModel
 from fabgeo.strips.offset import offset
 from fabgeo.strips.ruled import RuledPatch

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.fitting.objectives.base import Gradients, Objective, State
 from fabgeo.fitting.reference import Side
-from fabgeo.fitting.samples import Sites, cross
+from fabgeo.fitting.samples import Sites
 
 
 class Cover(Objective):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 from fabgeo.fitting.objectives.base import Gradients, Objective, State
-from fabgeo.fitting.samples import cross, normed, through_unit
+from fabgeo.fitting.samples import normed, through_unit
 
 
 class Developable(Objective):

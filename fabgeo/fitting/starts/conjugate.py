@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
-from fabgeo.arrays import Array, IntArray, dot, unit
+from fabgeo.arrays import Array, IntArray, cross, dot, unit
 from fabgeo.fitting.starts.net import Net
 
 LEAST_GAP = 0.35  # of the even spacing: closer stations count as not monotone
@@ -116,8 +116,8 @@ def _sides(net: Net, s: Array, t: Array) -> tuple[Array, Array, Array, Array]:
 
 def _pair_sine(p0: Array, p1: Array, d0: Array, d1: Array) -> Array:
     e = unit(p1 - p0)
-    across = np.linalg.norm(np.cross(d0, e), axis=-1) * np.linalg.norm(np.cross(d1, e), axis=-1)
-    return dot(np.cross(d0, d1), e) / np.maximum(across, 0.05)
+    across = np.linalg.norm(cross(d0, e), axis=-1) * np.linalg.norm(cross(d1, e), axis=-1)
+    return dot(cross(d0, d1), e) / np.maximum(across, 0.05)
 
 
 def _jacobian(net: Net, s: Array, t: Array, scale: float) -> csr_array:

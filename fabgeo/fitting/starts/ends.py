@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array, unit
+from fabgeo.arrays import Array, cross, unit
 from fabgeo.fitting.starts.net import Net
 from fabgeo.surfaces.base import DesignSurface
 
@@ -25,7 +25,7 @@ def leans(net: Net, surface: DesignSurface, end: float, count: int = 96) -> tupl
     t = np.full(count, end)
     at = surface.closest(net.evaluate(s, t))
     along = unit(net.evaluate(s, t, 1, 0))
-    across = np.cross(at.normal, along)
+    across = cross(at.normal, along)
     bend = np.einsum("kij,kj->ki", at.shape, along)
     own, mixed = np.einsum("ki,ki->k", bend, along), np.einsum("ki,ki->k", bend, across)
     scale = 1e-6 / float(np.linalg.norm(surface.bounds[1] - surface.bounds[0]))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, checked, unit
+from fabgeo.arrays import Array, checked, cross, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
@@ -64,7 +64,7 @@ def geodesic_net(
     """
     points, tangents = even_with_tangents(curve, LINES)
     at = surface.closest(points)
-    side = unit(np.cross(at.normal, tangents))
+    side = unit(cross(at.normal, tangents))
     turn = np.radians(angle)
     along = np.cos(turn) * tangents + np.sin(turn) * side
     step = 0.6 * size_of(surface) / STEPS
@@ -96,7 +96,7 @@ def default_seed(surface: DesignSurface, direction: Any = None) -> Array:
     at = surface.sample(400)
     centre = surface.closest(at.point.mean(axis=0)[None])
     along = _axis(at.point, direction)
-    across = np.cross(centre.normal[0], along)
+    across = cross(centre.normal[0], along)
     if np.linalg.norm(across) < 1e-6:
         raise InputError("direction", "is normal to the surface at its middle", "choose another")
     extended = Extended(surface)

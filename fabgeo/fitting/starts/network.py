@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fabgeo.arrays import Array, checked, unit
+from fabgeo.arrays import Array, checked, cross, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.draw import model_of_net
@@ -87,4 +87,4 @@ def conjugacy_defect(net: Net, surface: DesignSurface, size: int = 15) -> Array:
     at = surface.closest(net.evaluate(s, t))
     along, across = unit(net.evaluate(s, t, 0, 1)), unit(net.evaluate(s, t, 1, 0))
     wanted = conjugate_direction(at, along)
-    return np.arcsin(np.clip(np.linalg.norm(np.cross(across, wanted), axis=1), 0.0, 1.0))
+    return np.arcsin(np.clip(np.linalg.norm(cross(across, wanted), axis=1), 0.0, 1.0))

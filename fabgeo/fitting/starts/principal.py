@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.draw import model_of_net
@@ -105,7 +105,7 @@ def _spine(surface: Extended, point: Array, along: Array, step: float) -> Array:
 def _family(surface: Extended, points: Array, tangents: Array, along: Array, step: float) -> Array:
     """Lines across a spine, all in the sense of `along` at the seed: (N, k, 3)."""
     normal = surface.closest(points).normal
-    across = unit(np.cross(normal, tangents))
+    across = unit(cross(normal, tangents))
     middle = len(points) // 2
     if dot(across[middle], along[0]) < 0.0:
         across = -across

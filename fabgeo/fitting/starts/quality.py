@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, BoolArray, dot, unit
+from fabgeo.arrays import Array, BoolArray, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
@@ -65,11 +65,9 @@ def quality(model: StripModel, surface: DesignSurface, samples: int = 400) -> Qu
     ruling = second - first
     length = np.linalg.norm(ruling, axis=-1)
     e = unit(ruling)
-    normal = unit(np.stack([np.cross(t0, e), np.cross(t1, e)]))
+    normal = unit(np.stack([cross(t0, e), cross(t1, e)]))
     twist = np.degrees(
-        np.arctan2(
-            np.linalg.norm(np.cross(normal[0], normal[1]), axis=-1), dot(normal[0], normal[1])
-        )
+        np.arctan2(np.linalg.norm(cross(normal[0], normal[1]), axis=-1), dot(normal[0], normal[1]))
     )
     middle = surface.closest(((first + second) / 2.0).reshape(-1, 3))
     folded = _folded(normal, middle.normal.reshape((*length.shape, 3)))
