@@ -21,7 +21,7 @@ from fabgeo.sheets.contour import Contour
 
 SAMPLES = 6  # dense samples between two points of a flat edge
 FINER = 4  # times as many where the arcs are checked
-PER_ARC = 20  # samples that an arc spans in the mean: else more are taken
+PER_ARC = 16  # samples that an arc spans in the mean: else more are taken
 MOST = 6 * 4**3  # samples between two points of a flat edge
 BETWEEN = 0.985  # of the tolerance is used at the samples; what lies between may go on to it
 
