@@ -10,12 +10,21 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fabgeo.build.cache import Cache
-from fabgeo.build.fixings import complaints_of, fixings_of
+from fabgeo.build.fixings import fixings_of
 from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
 from fabgeo.build.folder import open_folder
-from fabgeo.build.geometry import Design, layers_of, panels_of, patches_of, structure_of
+from fabgeo.build.geometry import (
+    Design,
+    layers_of,
+    pair_of,
+    panels_of,
+    patches_of,
+    structure_of,
+)
+from fabgeo.build.materials import in_materials
 from fabgeo.build.model import fit_of, outwards, start_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
@@ -36,6 +45,7 @@ def design(
     listener: Listener | None = None,
     clock: Clock | None = None,
     cache: Cache | None = None,
+    jobs: int | None = None,
 ) -> Design:
     """All geometry of a project, nothing written.
 
@@ -50,6 +60,8 @@ def design(
         Hears a `fabgeo.build.progress.Progress` at every step.
     cache : Cache, optional
         What earlier builds left.
+    jobs : int, optional
+        As in `build_package`.
 
     Raises
     ------
@@ -82,20 +94,13 @@ def design(
     if trims_panels(project, initial):
         with clock.stage("trim"):
             made = trimmed(made)
+    made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
-            made = replace(made, **structure_of(project, model, patches))
+            made = replace(made, **_structure(project, model, patches, cache))
     if project.connectors:
         with clock.stage("connectors"):
-            found = fixings_of(project, made.panels, made.beams)
-            made = replace(
-                made,
-                panels=tuple(found.panels),
-                beams=tuple(found.beams),
-                connectors=tuple(found.connectors),
-                products=found.products,
-                complaints=complaints_of(found),
-            )
+            made = replace(made, **fixings_of(project, made.panels, made.beams, jobs, cache))
     return made
 
 
@@ -135,7 +140,7 @@ def build_package(
     clock = Clock(listener)
     with open_folder(out) as folder:
         cache = Cache(folder.cache, fresh)
-        made = design(project, base=base, clock=clock, cache=cache)
+        made = design(project, base=base, clock=clock, cache=cache, jobs=jobs)
         with clock.stage("unfold", len(made.plates)):
             flats = flats_of(made.project, made.plates, jobs, clock, cache)
             refuse_oversize(made.project, made.plates, flats)
@@ -159,8 +164,22 @@ def _fitted_to(project: Project, initial: Start, base: Path) -> tuple[object, ..
 def _panelled(
     project: Project, model: StripModel, patches: tuple[Patch, ...]
 ) -> tuple[object, ...]:
-    """What panels depend on: the model's geometry, and the project but what comes after."""
-    later = {"name", "nesting", "stock", "cutting", "drawings", "connectors"}
-    before = {"surface", "strips"}
-    shape = (model.control, model.closed_u, model.closed_i, model.kind)
-    return project.model_dump(exclude=later | before), shape, patches
+    """What panels depend on: geometry, and of the project what is not of materials or later."""
+    asked = project.panels
+    panels = asked and asked.model_dump(exclude={"material", "materials", "layers", "trim"})
+    return panels, project.limits.gap_max_mm, _shape(model), patches
+
+
+def _structure(
+    project: Project, model: StripModel, patches: tuple[Patch, ...], cache: Cache
+) -> dict[str, Any]:
+    """Cells, walls, beams from the cache or made, and the pair that bounds the cells."""
+    tables = [table and table.model_dump() for table in (project.cells, project.beams)]
+    inputs = (tables, project.limits.transport_mm, _shape(model), patches)
+    pair = pair_of(project, model)
+    make = partial(structure_of, project, model, patches, pair)
+    return {**cache.once("structure", inputs, make), "pair": pair}
+
+
+def _shape(model: StripModel) -> tuple[object, ...]:
+    return model.control, model.closed_u, model.closed_i, model.kind

@@ -202,15 +202,14 @@ def layers_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -
     )
 
 
-def structure_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> dict[str, Any]:
-    """Cells, walls, beams and the offset pair, as far as asked for.
+def pair_of(project: Project, model: StripModel) -> Offset | None:
+    """The offset pair that bounds the cells.
 
     Raises
     ------
     GeometryError
-        If the model's kind admits none, or the offset folds.
+        If the model's kind admits no cells or beams, or the offset folds.
     """
-    out: dict[str, Any] = {}
     if (project.cells or project.beams) and model.kind not in ("conical", "circular"):
         raise GeometryError(
             "[cells]" if project.cells else "[beams]",
@@ -218,9 +217,15 @@ def structure_of(project: Project, model: StripModel, patches: tuple[Patch, ...]
             "have offsets with developable strips between",
             'set strips.kind = "conical", or leave [cells] and [beams] out',
         )
-    if project.cells:
-        pair = offset(model, project.cells.depth)
-        out["pair"] = pair
+    return offset(model, project.cells.depth) if project.cells else None
+
+
+def structure_of(
+    project: Project, model: StripModel, patches: tuple[Patch, ...], pair: Offset | None
+) -> dict[str, Any]:
+    """Cells, walls and beams, as far as asked for; `pair` of `pair_of`."""
+    out: dict[str, Any] = {}
+    if project.cells and pair:
         out["cells"] = tuple(cells(model, patches, project.cells.depth, pair=pair))
         if project.cells.walls:
             out["walls"] = tuple(_walls(project, model, patches, pair.axes))

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, cross, unit
-from fabgeo.structures.connectors import Fixing, pierce
+from fabgeo.structures.connectors import Fixing
 from fabgeo.structures.parts import Beam, Connector, Plate
+from fabgeo.structures.pierce import pierce
 from fabgeo.structures.prisms import ruled_normals
 
 
@@ -31,11 +32,22 @@ def clashes(
     beams: Sequence[Beam],
 ) -> list[Clash]:
     """Fixings that overlap, leave their panel or overhang their flange; flanges in panels."""
+    found = between_fixings(connectors, products, panels)
+    return found + with_plates(connectors, products, panels, beams)
+
+
+def with_plates(
+    connectors: Sequence[Connector],
+    products: Mapping[str, Fixing],
+    panels: Sequence[Plate],
+    beams: Sequence[Beam],
+) -> list[Clash]:
+    """Fixings that leave their panel or overhang their flange; flanges in panels."""
     plates = {panel.mark: panel for panel in panels}
     flanges = {
         beam.mark: plate for beam in beams for plate in beam.plates if plate.role == "flange_outer"
     }
-    found = _between(connectors, products, plates)
+    found = []
     over = sorted({(c.panel, c.beam) for c in connectors})
     for panel, beam in over:
         room = clear_distance(plates[panel], flanges[beam])
@@ -124,11 +136,13 @@ def edge_room(edges: Array, point: Array) -> float:
     return distance if abs(angles.sum()) > np.pi else -distance
 
 
-def _between(
-    connectors: Sequence[Connector], products: Mapping[str, Fixing], plates: Mapping[str, Plate]
+def between_fixings(
+    connectors: Sequence[Connector], products: Mapping[str, Fixing], panels: Sequence[Plate]
 ) -> list[Clash]:
+    """Fixings that overlap each other."""
     if len(connectors) < 2:
         return []
+    plates = {panel.mark: panel for panel in panels}
     boxes = [_box(c.frame, products[c.product], plates[c.panel].thickness) for c in connectors]
     centres = np.array([centre for centre, _, _ in boxes])
     reach = max(float(np.linalg.norm(half)) for _, _, half in boxes)
