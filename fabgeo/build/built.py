@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
 
+from OCP.TopoDS import TopoDS_Shape
+
+from fabgeo.cad import kernel
 from fabgeo.cad.measure import SolidReport
+from fabgeo.errors import InputError
 
 
 @dataclass(frozen=True)
 class Built:
     """One solid as measured, or why there is none.
 
+    Its shape stays on the disk where the build has a folder: memory does not grow with parts.
+
     Attributes
     ----------
     mark : str
     data : bytes
-        The shape as the kernel's bytes; empty if it failed.
+        The shape as the kernel's bytes; empty if it failed, or if it is kept in `file`.
     report : SolidReport or None
     volume_error : float or None
-        Relative difference of the solid's volume and the integral by formula (without holes).
+        Relative difference of the solid's volume and the integral by formula, holes taken off.
     failure : str
+    file : Path or None
+        The entry of the cache that holds the shape.
     """
 
     mark: str
@@ -27,3 +37,34 @@ class Built:
     report: SolidReport | None = None
     volume_error: float | None = None
     failure: str = ""
+    file: Path | None = None
+
+    @property
+    def made(self) -> bool:
+        """Whether there is a solid."""
+        return bool(self.data) or self.file is not None
+
+    @property
+    def identity(self) -> str:
+        """Equal for equal shapes."""
+        return sha256(self.data).hexdigest() if self.file is None else self.file.name
+
+    def shape(self) -> TopoDS_Shape:
+        """The shape.
+
+        Raises
+        ------
+        InputError
+            If it is not there, or its file is gone.
+        """
+        data = self.data
+        if self.file is not None:
+            from fabgeo.build.cache import read_entry
+
+            kept = read_entry(self.file)
+            data = kept.data if isinstance(kept, Built) else b""
+        if not data:
+            raise InputError(
+                self.mark, self.failure or "its solid is gone from the cache", "build again"
+            )
+        return kernel.from_bytes(data)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from fabgeo.build.built import Built
@@ -16,12 +17,15 @@ from fabgeo.cad.assembly import CLASS_COLOURS, FAMILY_COLOURS, Node
 from fabgeo.cad.measure import check_solid
 from fabgeo.cad.solids import prism_solid
 from fabgeo.errors import FabgeoError
+from fabgeo.structures.holes import bored_volume
 from fabgeo.structures.parts import Cell, Plate
 from fabgeo.structures.prisms import plate_prism, prism_properties
 
 __all__ = ["Built", "solids_of", "tree_of"]
 
 type Part = Plate | Cell
+
+FAMILIES = ("panels", "layers", "cells", "walls", "beams", "connectors")
 
 
 def solids_of(
@@ -31,9 +35,13 @@ def solids_of(
     cache: Cache | None = None,
 ) -> dict[str, Built]:
     """Solids of plates and cells by mark, each checked; a part that fails is reported."""
-    clock = clock or Clock()
+    clock, store = clock or Clock(), cache or Cache()
     work = Work("solid", _built, _shape_of, _crashed)
-    return {built.mark: built for built in clock.each(results(work, parts, jobs, cache))}
+    out = {}
+    for part, built in zip(parts, clock.each(results(work, parts, jobs, store)), strict=True):
+        file = store.file(work.kind, store.key(work.kind, _shape_of(part)))
+        out[built.mark] = replace(built, data=b"", file=file) if built.made and file else built
+    return out
 
 
 def _shape_of(part: Part) -> Any:
@@ -52,10 +60,10 @@ def _built(part: Part) -> Built:
         prism = part.prism if isinstance(part, Cell) else plate_prism(part)
         holes = () if isinstance(part, Cell) else part.holes
         shape = prism_solid(prism, holes=holes)
-        # Adaptive integration over trimmed skins is slow: 1e-4 asked for gives 1e-9 there.
-        report = check_solid(shape, 1e-4) if holes else check_solid(shape)
-        expected = prism_properties(prism).volume
-        error = None if holes else abs(report.volume - expected) / expected
+        # Adaptive integration over trimmed skins is slow: 1e-3 asked for gives 1e-9 there.
+        report = check_solid(shape, 1e-3) if holes else check_solid(shape)
+        expected = prism_properties(prism).volume - bored_volume(prism, holes)
+        error = abs(report.volume - expected) / expected
         return Built(part.mark, kernel.to_bytes(shape), report, error)
     except FabgeoError as error:
         return Built(part.mark, failure=str(error))
@@ -96,5 +104,5 @@ def _part(
     mark: str, built: dict[str, Built], colour: tuple[float, float, float], layer: str
 ) -> Iterator[Node]:
     found = built.get(mark)
-    if found is not None and found.data:
-        yield Node(mark, kernel.from_bytes(found.data), colour=colour, layer=layer)
+    if found is not None and found.made:
+        yield Node(mark, found.shape(), colour=colour, layer=layer)

@@ -18,8 +18,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Line, Geom_Plane
-from OCP.Geom2d import Geom2d_BezierCurve, Geom2d_Line
+from OCP.Geom import Geom_BSplineCurve, Geom_CylindricalSurface, Geom_Line, Geom_Plane
+from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
 from OCP.gp import gp_Dir2d, gp_Pnt2d
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex
 
@@ -82,7 +82,8 @@ class _Ring:
         ]
 
     def _edge(self, rim: Rim, start: TopoDS_Vertex, end: TopoDS_Vertex) -> TopoDS_Edge:
-        curve = Geom_BezierCurve(kernel.points(rim.points))
+        degree = len(rim.points) - 1
+        curve = Geom_BSplineCurve(kernel.points(rim.points), *kernel.one_span(degree), degree)
         edge = TopoDS_Edge()
         BUILDER.MakeEdge(edge, curve, self.tolerance)
         BUILDER.Range(edge, 0.0, 1.0)
@@ -92,7 +93,8 @@ class _Ring:
         return edge
 
     def _lay(self, edge: TopoDS_Edge, poles: Array, face: TopoDS_Face) -> None:
-        flat = Geom2d_BezierCurve(kernel.points_2d(poles))
+        degree = len(poles) - 1
+        flat = Geom2d_BSplineCurve(kernel.points_2d(poles), *kernel.one_span(degree), degree)
         BUILDER.UpdateEdge(edge, flat, face, self.tolerance)
         BUILDER.Range(edge, face, 0.0, 1.0)
 

@@ -77,6 +77,11 @@ def knot_arrays(knots: Array) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInt
     return _knot_arrays(np.ascontiguousarray(knots, dtype=np.float64).tobytes())
 
 
+def one_span(degree: int) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger]:
+    """Knots of one polynomial over [0, 1]: every program reads B-splines, few Bezier curves."""
+    return knot_arrays(np.repeat([0.0, 1.0], degree + 1))
+
+
 @lru_cache(maxsize=256)
 def _knot_arrays(data: bytes) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger]:
     """The kernel copies what it is given, so equal knot vectors can share their arrays."""

@@ -24,6 +24,7 @@ from scipy.special import comb
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import PartError
+from fabgeo.structures.holes import hole_frame
 from fabgeo.structures.parts import Hole
 
 ROUND, FLAT = 9, 4
@@ -121,13 +122,7 @@ class Rim:
 
 def pieces(hole: Hole) -> list[Piece]:
     """The pieces of a hole's wall, counter-clockwise about its axis."""
-    z = unit(hole.axis)
-    along = hole.direction - (hole.direction @ z) * z
-    if np.linalg.norm(along) < 1e-6:
-        along = np.eye(3)[np.argmin(np.abs(z))]
-        along = along - (along @ z) * z
-    d = unit(along)
-    y = cross(z, d)
+    d, y, z = hole_frame(hole)
     radius, half = hole.diameter / 2.0, hole.slot / 2.0
     out: list[Piece] = []
     for sign in (1.0, -1.0):  # the half around +d runs from -y over d to +y
@@ -172,7 +167,9 @@ class Skin:
         """
         out: dict[int, Rim] = {}
         for degree in (ROUND, FLAT):
-            chosen = [k for k, piece in enumerate(walls) if (piece.radius > 0.0) == (degree == ROUND)]
+            chosen = [
+                k for k, piece in enumerate(walls) if (piece.radius > 0.0) == (degree == ROUND)
+            ]
             if chosen:
                 made = self._rims([walls[k] for k in chosen], _OF_DEGREE[degree])
                 out.update(zip(chosen, made, strict=True))

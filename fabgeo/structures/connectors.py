@@ -26,6 +26,7 @@ from fabgeo.errors import InputError
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import with_holes
 from fabgeo.structures.parts import Beam, Connector, Hole, Plate
+from fabgeo.structures.pierce import pierce
 from fabgeo.structures.prisms import ruled_normals
 
 
@@ -155,6 +156,8 @@ def connect(panels: Sequence[Plate], beams: Sequence[Beam], fixing: Fixing) -> F
             if edge not in flanges and side == 1 and 0 in flanges and edge == edges:
                 edge = 0  # a model closed in i
             for beam, flange in flanges.get(edge, ()):
+                if _far(panel.mid, flange.mid):
+                    continue
                 sites = _sites(panel, side, flange, fixing)
                 for made in _fit(panel, flange, sites, fixing) if sites is not None else ():
                     if isinstance(made, str):
@@ -220,6 +223,12 @@ def _sites(panel: Plate, side: int, flange: Plate, fixing: Fixing) -> _Sites | N
     return _Sites(u, points, tangents, m)
 
 
+def _far(panel: RuledPatch, flange: RuledPatch) -> bool:
+    """Whether a flange runs past a panel's parameters by more than the panel's own length."""
+    length = panel.u1 - panel.u0
+    return flange.u0 > panel.u1 + length or flange.u1 < panel.u0 - length
+
+
 def _over(flange: RuledPatch, edge: Array, arc: Array, clear: float) -> tuple[float, float]:
     """Range of the panel edge's arc length that lies over the flange, `clear` of its ends."""
     out = []
@@ -242,24 +251,6 @@ def _crossing(arc: Array, value: Array, inside: int, outside: int) -> float:
         return float(arc[inside])
     t = value[inside] / (value[inside] - value[outside])
     return float(arc[inside] + t * (arc[outside] - arc[inside]))
-
-
-def pierce(mid: RuledPatch, points: Array, axes: Array, u: Array) -> tuple[Array, Array, Array]:
-    """Where lines points + h axes meet a ruled patch: u, v, h (k,) each, by Newton's method."""
-    u, v, h = np.array(u, dtype=np.float64), np.full(len(u), 0.5), np.zeros(len(u))
-    for _ in range(20):
-        at = np.clip(u, mid.u0, mid.u1)
-        a, b = mid.edges(at)
-        da, db = mid.edges(at, 1)
-        chord: Array = b - a
-        miss = a + v[:, None] * chord - points - h[:, None] * axes
-        along: Array = da + v[:, None] * (db - da)
-        jacobian = np.stack([along, chord, -axes], axis=-1)
-        step = np.linalg.solve(jacobian, -miss[..., None])[..., 0]
-        u, v, h = u + step[:, 0], v + step[:, 1], h + step[:, 2]
-        if np.linalg.norm(miss, axis=-1).max() < 1e-9:
-            break
-    return u, v, h
 
 
 type _Fitted = tuple[Array, Fixing, list[Hole], list[Hole]] | str
