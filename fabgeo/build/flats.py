@@ -1,4 +1,4 @@
-"""The fourth stage: every plate unrolled with its certificate, and nested on stock."""
+"""The fourth stage: every plate unrolled with its certificate and contour, nested on stock."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import unfold
 from fabgeo.project import Project
+from fabgeo.sheets.drawn import with_contour
+from fabgeo.sheets.dxf_document import DxfStyle
 from fabgeo.sheets.nest import nest
 from fabgeo.sheets.stock import Nest, Stock
 from fabgeo.structures.parts import Plate
@@ -30,11 +32,12 @@ def flats_of(
     """Flat parts by mark; plates lie with their outer side up."""
     clock = clock or Clock()
     grain = project.nesting.rotations if project.nesting else "steps"
-    kind = {"grain": "along"}.get(grain, grain)
+    kind, style = {"grain": "along"}.get(grain, grain), style_of(project)
+    asked = (kind, style.outline, style.tolerance)
     work = Work(
         "flat",
-        partial(_unfolded, grain=kind),
-        lambda plate: (plate.mark, plate.mid, plate.thickness, plate.holes, plate.shared, kind),
+        partial(_unfolded, grain=kind, style=style),
+        lambda plate: (plate.mark, plate.mid, plate.thickness, plate.holes, plate.shared, asked),
         _crashed,
     )
     made = clock.each(results(work, plates, jobs, cache))
@@ -44,12 +47,20 @@ def flats_of(
     }
 
 
+def style_of(project: Project) -> DxfStyle:
+    """How the project wants its files written."""
+    asked = project.cutting
+    return DxfStyle(
+        version=asked.version, outline=asked.curves, tolerance=asked.tolerance, layers=asked.layers
+    )
+
+
 def _crashed(plate: Plate, reason: str) -> FlatPart:
     raise PartError(plate.mark, f"could not be unrolled: {reason}", "please report it")
 
 
-def _unfolded(plate: Plate, grain: str) -> FlatPart:
-    return unfold(
+def _unfolded(plate: Plate, grain: str, style: DxfStyle) -> FlatPart:
+    part = unfold(
         plate.mid,
         plate.mark,
         plate.material,
@@ -58,6 +69,7 @@ def _unfolded(plate: Plate, grain: str) -> FlatPart:
         shared=plate.shared,
         grain=grain,
     )
+    return with_contour(part, style)
 
 
 def stocks_of(project: Project, plates: Sequence[Plate]) -> list[Stock]:
@@ -152,5 +164,6 @@ def nests_of(
             seed=asked.seed,
             steps=asked.steps,
             listener=clock.tell,
+            tolerance=project.cutting.tolerance,
         ),
     )

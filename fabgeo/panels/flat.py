@@ -104,6 +104,10 @@ class FlatPart:
         stretch_max, refold_error_mm.
     refold : (k, 2, 5) array
         For k rulings and both of their ends: x, y in the plane and x, y, z in space.
+    contour : (n, 3) array, optional
+        The outline as it is cut, once fitted: x, y and the bulge towards the next vertex.
+    contour_tolerance : float
+        mm, how far the contour may be from the outline.
     """
 
     mark: str
@@ -116,3 +120,9 @@ class FlatPart:
     grain: str = "steps"
     certificate: Mapping[str, float] = field(default_factory=dict)
     refold: Array | None = None
+    contour: Array | None = None
+    contour_tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.contour is not None:
+            set_frozen(self, "contour", ("n", 3))

@@ -27,7 +27,12 @@ BETWEEN = 0.985  # of the tolerance is used at the samples; what lies between ma
 
 
 def part_contour(part: FlatPart, tolerance: float = 0.05) -> Contour:
-    """Outer contour of a part: lines and arcs within `tolerance` mm, corners kept to the bit."""
+    """Outer contour of a part: lines and arcs within `tolerance` mm, corners kept to the bit.
+
+    A contour that the part brings along, as fine or finer, is taken as it is.
+    """
+    if part.contour is not None and part.contour_tolerance <= tolerance:
+        return Contour(part.contour)
     pieces = [edge_arcs(edge, tolerance, part.mark) for edge in part.outline]
     return Contour(np.concatenate(pieces))
 

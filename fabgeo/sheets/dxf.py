@@ -14,7 +14,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,62 +21,39 @@ import numpy as np
 
 from fabgeo.arrays import Array
 from fabgeo.panels.flat import FlatEdge, FlatPart
-from fabgeo.sheets.biarc import dense, part_contour
-from fabgeo.sheets.contour import Contour, hole_contour
+from fabgeo.sheets.contour import Contour
+from fabgeo.sheets.drawn import Drawn, drawn
 from fabgeo.sheets.dxf_document import DxfStyle, Template
-from fabgeo.sheets.mark import Mark, place_mark
+from fabgeo.sheets.preview import sheet_svg
 from fabgeo.sheets.stock import Nest, Placement, Sheet
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """A part ready to be written anywhere: contours and mark in its own plane."""
-
-    part: FlatPart
-    outer: Contour
-    holes: tuple[Contour, ...]
-    mark: Mark
-
-
-def drawn(part: FlatPart, style: DxfStyle) -> Drawn:
-    """Fit contours and place the mark: what per-part and per-sheet files share."""
-    outer = outer_contour(part, style)
-    holes = tuple(hole_contour(hole) for hole in part.holes)
-    return Drawn(part, outer, holes, place_mark(part.mark, outer, list(holes), style.mark_height))
-
-
-def outer_contour(part: FlatPart, style: DxfStyle) -> Contour:
-    """The outline as written: arcs and lines, or points of a polyline within the tolerance."""
-    if style.outline == "arcs":
-        return part_contour(part, style.tolerance)
-    import shapely
-
-    pieces = []
-    for edge in part.outline:
-        points = edge.points if len(edge.points) == 2 else dense(edge)[0]
-        line = shapely.simplify(shapely.LineString(points), style.tolerance * 0.9)
-        pieces.append(shapely.get_coordinates(line)[:-1])
-    points = np.concatenate(pieces)
-    return Contour(np.column_stack([points, np.zeros(len(points))]))
-
-
-def write_part(part: FlatPart, path: Path, style: DxfStyle | None = None) -> Drawn:
+def write_part(part: FlatPart | Drawn, path: Path, style: DxfStyle | None = None) -> Drawn:
     """Write one part's file and, where it is bent, its bend table ``<mark>.bends.csv`` beside."""
     style = style or DxfStyle()
-    made = drawn(part, style)
+    made = drawn(part, style) if isinstance(part, FlatPart) else part
     document = Template.of(style)
-    _add_part(document.space, made, Placement(part.mark, 0.0, 0.0, 0.0), style)
+    _add_part(document.space, made, Placement(made.mark, 0.0, 0.0, 0.0), style)
     document.save(path)
-    if part.bends:
-        path.with_suffix(".bends.csv").write_text(bend_table(part), encoding="utf-8", newline="")
+    if made.part.bends:
+        table = bend_table(made.part)
+        path.with_suffix(".bends.csv").write_text(table, encoding="utf-8", newline="")
     return made
 
 
 def write_sheet(
     sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], path: Path, style: DxfStyle | None = None
 ) -> None:
-    """Write one nested sheet: the stock's rectangle, every part in its place, a title."""
+    """Write one nested sheet: the stock's rectangle, every part in its place, a title.
+
+    Beside it lies its picture, ``SHEET-001.svg``.
+    """
     style = style or DxfStyle()
+    parts = {
+        mark: drawn(part, style) if isinstance(part, FlatPart) else part
+        for mark, part in parts.items()
+        if mark in {placement.mark for placement in sheet.placements}
+    }
     document = Template.of(style)
     space = document.space
     stock = sheet.stock
@@ -91,10 +67,9 @@ def write_sheet(
     attributes = {"layer": style.layer("INFO"), "height": 30.0, "insert": (0.0, -50.0)}
     space.add_text(title, dxfattribs=attributes)
     for placement in sheet.placements:
-        part = parts[placement.mark]
-        made = drawn(part, style) if isinstance(part, FlatPart) else part
-        _add_part(space, made, placement, style)
+        _add_part(space, parts[placement.mark], placement, style)
     document.save(path)
+    path.with_suffix(".svg").write_text(sheet_svg(sheet, parts), encoding="utf-8", newline="")
 
 
 def write_nests(
@@ -102,21 +77,26 @@ def write_nests(
     parts: Mapping[str, FlatPart | Drawn],
     folder: Path,
     style: DxfStyle | None = None,
+    jobs: int | None = None,
 ) -> list[Path]:
-    """Write ``<material>_<t>mm/SHEET-001.dxf`` ... of all nests; returns the paths."""
-    paths = []
+    """Write ``<material>_<t>mm/SHEET-001.dxf`` ... of all nests, `jobs` at a time; their paths."""
+    from joblib import Parallel, delayed
+
+    work, paths = [], []
     for nest in nests:
         group = folder / f"{nest.material}_{nest.thickness:g}mm"
         group.mkdir(parents=True, exist_ok=True)
         for sheet in nest.sheets:
             path = group / f"{sheet.name}.dxf"
-            write_sheet(sheet, parts, path, style)
+            own = {placement.mark: parts[placement.mark] for placement in sheet.placements}
+            work.append(delayed(write_sheet)(sheet, own, path, style))
             paths.append(path)
+    Parallel(n_jobs=jobs, batch_size="auto")(work)
     return paths
 
 
 def write_parts(
-    parts: Sequence[FlatPart],
+    parts: Sequence[FlatPart | Drawn],
     folder: Path,
     style: DxfStyle | None = None,
     jobs: int | None = None,
@@ -127,7 +107,7 @@ def write_parts(
     folder.mkdir(parents=True, exist_ok=True)
     work = (delayed(write_part)(part, folder / f"{part.mark}.dxf", style) for part in parts)
     made = Parallel(n_jobs=jobs, batch_size="auto")(work)
-    return {item.part.mark: item for item in made if item is not None}
+    return {item.mark: item for item in made if item is not None}
 
 
 def bend_table(part: FlatPart) -> str:
@@ -159,12 +139,12 @@ def _add_part(space: Any, made: Drawn, placement: Placement, style: DxfStyle) ->
     for bend in part.bends:
         p, q = move(np.stack([bend.start, bend.end])).tolist()
         space.add_line(p, q, dxfattribs={"layer": style.layer("RULINGS")})
-    for stroke in made.mark.strokes:
+    for stroke in made.label.strokes:
         points = move(stroke)
         vertices = np.column_stack([points, np.zeros(len(points))])
         _polyline(space, vertices, style, "MARK", closed=False)
-    x, y = move(made.mark.centre[None])[0].tolist()
-    height = made.mark.height or 2.5
+    x, y = move(made.label.centre[None])[0].tolist()
+    height = made.label.height or 2.5
     space.add_text(
         part.mark, dxfattribs={"layer": style.layer("INFO"), "height": height, "insert": (x, y)}
     )

@@ -54,6 +54,7 @@ def nest(
     steps: int | None = None,
     listener: Listener | None = None,
     quantities: Mapping[str, int] | None = None,
+    tolerance: float = 0.05,
 ) -> list[Nest]:
     """Nest all parts, by material and thickness, on the cheapest set of sheets found.
 
@@ -76,6 +77,8 @@ def nest(
         Told in words whenever a group's layout improves.
     quantities : mapping, optional
         How many of each mark; 1 where missing.
+    tolerance : float
+        mm, of contours that have to be fitted first.
 
     Returns
     -------
@@ -92,7 +95,7 @@ def nest(
     say = listener or (lambda _: None)
     groups: dict[tuple[str, float], list[Piece]] = {}
     for part in parts:
-        made = piece_of(part, rotations=rotations)
+        made = piece_of(part, tolerance, rotations)
         count = (quantities or {}).get(part.mark, 1)
         groups.setdefault((part.material, part.thickness), []).extend([made] * count)
     nests = []

@@ -1,9 +1,6 @@
 """Previews of sheets as SVG and PNG, and the figures a cutting shop asks for.
 
-Glossary
---------
-pierces
-    Times the beam or tool enters the sheet: one a contour.
+Pierces: see `fabgeo.sheets.drawn`.
 """
 
 from __future__ import annotations
@@ -16,8 +13,8 @@ from xml.sax.saxutils import escape
 import shapely
 
 from fabgeo.panels.flat import FlatPart
-from fabgeo.sheets.biarc import part_contour
-from fabgeo.sheets.contour import Contour, hole_contour
+from fabgeo.sheets.contour import Contour
+from fabgeo.sheets.drawn import Drawn, drawn
 from fabgeo.sheets.stock import Nest, Sheet
 
 
@@ -36,13 +33,13 @@ class SheetFigures(TypedDict):
 
 
 def sheet_figures(
-    sheet: Sheet, parts: Mapping[str, FlatPart], density: float = 7850.0
+    sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], density: float = 7850.0
 ) -> SheetFigures:
     """Utilisation, weight, cut length and pierces of one sheet; density in kg/m3."""
-    placed = [parts[placement.mark] for placement in sheet.placements]
+    placed = [_drawn(parts[placement.mark]) for placement in sheet.placements]
     size = sheet.stock.length * sheet.stock.width
-    contours = [c for part in placed for c in _contours(part)]
-    area = sum(part.area for part in placed)
+    contours = [c for made in placed for c in made.contours]
+    area = sum(made.part.area for made in placed)
     per_area = sheet.stock.thickness * density * 1e-9
     return SheetFigures(
         parts=len(placed),
@@ -58,7 +55,7 @@ def sheet_figures(
 
 
 def nest_figures(
-    nest: Nest, parts: Mapping[str, FlatPart], density: float = 7850.0
+    nest: Nest, parts: Mapping[str, FlatPart | Drawn], density: float = 7850.0
 ) -> SheetFigures:
     """The same over all sheets of a nest."""
     each = [sheet_figures(sheet, parts, density) for sheet in nest.sheets]
@@ -77,11 +74,11 @@ def nest_figures(
     )
 
 
-def _contours(part: FlatPart) -> list[Contour]:
-    return [part_contour(part), *(hole_contour(hole) for hole in part.holes)]
+def _drawn(part: FlatPart | Drawn) -> Drawn:
+    return drawn(part) if isinstance(part, FlatPart) else part
 
 
-def sheet_svg(sheet: Sheet, parts: Mapping[str, FlatPart], width: int = 900) -> str:
+def sheet_svg(sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], width: int = 900) -> str:
     """An SVG picture of a sheet: arcs stay arcs, marks are text, y points up."""
     stock = sheet.stock
     height = width * stock.width / stock.length
@@ -96,8 +93,8 @@ def sheet_svg(sheet: Sheet, parts: Mapping[str, FlatPart], width: int = 900) -> 
     ]
     texts = []
     for placement in sheet.placements:
-        part = parts[placement.mark]
-        moved = [c.moved(placement.x, placement.y, placement.rotation) for c in _contours(part)]
+        own = _drawn(parts[placement.mark]).contours
+        moved = [c.moved(placement.x, placement.y, placement.rotation) for c in own]
         path = " ".join(svg_path(contour) for contour in moved)
         lines.append(f'<path d="{path}" fill="#cfe0f0" fill-rule="evenodd"/>')
         at = shapely.point_on_surface(shapely.Polygon(moved[0].points(1.0)))
@@ -123,7 +120,9 @@ def svg_path(contour: Contour) -> str:
     return "".join(words) + "Z"
 
 
-def sheet_png(sheet: Sheet, parts: Mapping[str, FlatPart], path: Path, dpi: int = 110) -> None:
+def sheet_png(
+    sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], path: Path, dpi: int = 110
+) -> None:
     """Write the same picture as PNG."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Polygon, Rectangle
@@ -135,7 +134,7 @@ def sheet_png(sheet: Sheet, parts: Mapping[str, FlatPart], path: Path, dpi: int 
         Rectangle((0, 0), stock.length, stock.width, facecolor="#f4f4f2", edgecolor="#888")
     )
     for placement in sheet.placements:
-        for k, contour in enumerate(_contours(parts[placement.mark])):
+        for k, contour in enumerate(_drawn(parts[placement.mark]).contours):
             points = contour.moved(placement.x, placement.y, placement.rotation).points(0.2)
             fill = "#cfe0f0" if k == 0 else "#f4f4f2"
             axes.add_patch(Polygon(points, facecolor=fill, edgecolor="#1f4e79", linewidth=0.8))
