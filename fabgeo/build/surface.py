@@ -8,9 +8,7 @@ from typing import Any
 from fabgeo.errors import InputError
 from fabgeo.project import Project, Surface, read_project
 from fabgeo.surfaces.base import DesignSurface, size_of
-
-SMALLEST, LARGEST = 200.0, 2e6  # diagonals in mm that a building's surface can have
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+from fabgeo.surfaces.units import check_size, unit_of
 
 
 def surface_of(project: Project, base: Path) -> DesignSurface:
@@ -44,6 +42,7 @@ def _formula(asked: Surface, name: str) -> DesignSurface:
 
     if None in (asked.x, asked.y, asked.z, asked.u, asked.v, asked.unit):
         raise InputError("[surface]", "a formula needs x, y, z, u, v and unit")
+    unit = unit_of(name, 0.0, asked.unit)
     surface = FormulaSurface(
         str(asked.x),
         str(asked.y),
@@ -53,17 +52,11 @@ def _formula(asked: Surface, name: str) -> DesignSurface:
         define=asked.define,
         closed_u=asked.closed_u,
         closed_v=asked.closed_v,
-        scale=MILLIMETRES[str(asked.unit)],
+        scale=unit.scale,
         name=name,
     )
-    size = size_of(surface)
-    if not SMALLEST <= size <= LARGEST:
-        raise InputError(
-            "surface.unit",
-            f"with {asked.unit!r} the surface is {size / 1000.0:.4g} m across, expected "
-            f"{SMALLEST / 1000.0:g} m to {LARGEST / 1000.0:g} m",
-            "give the unit that the formula is written in",
-        )
+    check_size("surface.unit", size_of(surface), unit)
+    surface.unit = unit
     return surface
 
 

@@ -38,6 +38,7 @@ class Level:
         self.fine, self.coarse = Sites.gauss(net, 3), Sites.gauss(net, 2)
         self.dense = dense_sites(net)
         self.ends = [] if net.closed_u else [Sites.at_end(net, False), Sites.at_end(net, True)]
+        self.fairness = 1.0  # multiplies the weights of what only makes a model even
         self.importance: dict[str, Array] = {}
         self.trackers: dict[int, Tracker] = {}
         self._equations: NormalEquations | None = None
@@ -93,14 +94,17 @@ class Level:
             (Developable(self.fine), developability),
             (EdgeProximity(self.coarse), weights.proximity),
             (MiddleProximity(self.coarse), weights.proximity),
-            (FairEdges(self.coarse, normals, step, weights.normal_share), weights.fair_edges),
+            (
+                FairEdges(self.coarse, normals, step, weights.normal_share),
+                self.fairness * weights.fair_edges,
+            ),
             (Anchor(self.coarse, self.coarse.evaluate(start), normals), anchor),
         ]
         if len(self.net.windows(3)):
             fair = FairRulings(self.coarse, normals, weights.normal_share)
             terms += [
-                (fair, weights.fair_rulings),
-                (EvenWidths(self.coarse), weights.widths),
+                (fair, self.fairness * weights.fair_rulings),
+                (EvenWidths(self.coarse), self.fairness * weights.widths),
             ]
         if self.kind in KIND_TERM:
             term = KIND_TERM[self.kind](self.fine)
