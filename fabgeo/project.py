@@ -61,7 +61,12 @@ class Surface(Table):
 
 
 class Strips(Table):
-    """The strip model: how it starts and what it is fitted to."""
+    """The strip model: how it starts and what it is fitted to.
+
+    `overhang`: how far edges reach beyond the surface's boundary at their two ends, in parts of
+    their length (start = "iso"; absent: only where no edge can end on the boundary). `cover`: the
+    weight by which such ends are kept beyond the boundary.
+    """
 
     kind: Literal["general", "conical", "circular", "geodesic"] = "general"
     start: Literal[
@@ -75,17 +80,20 @@ class Strips(Table):
     boundary: Literal["auto", "edges", "ends", "all", "none"] = "auto"
     anchor: NonNegative = 1e-2
     cover: NonNegative = 0.0
+    overhang: tuple[NonNegative, NonNegative] | None = None
 
 
 class Panels(Table):
     """Panels on the strips: length along the strip, joint, layers and class tolerances.
 
-    `trim` cuts panels along the boundary of the surface where the model overhangs it; absent: yes,
-    unless cells or beams go on below them. `materials` names the material of single panels by
-    their marks, others are of `material`.
+    `width` limits their width across: strips that are wider anywhere are all divided evenly along
+    their rulings, and are counted after that. `trim` cuts panels along the boundary of the surface
+    where the model overhangs it; absent: yes, unless cells or beams go on below them. `materials`
+    names the material of single panels by their marks, others are of `material`.
     """
 
     length: Positive | None = None
+    width: Positive | None = None
     count: Count | None = None
     cuts: list[NonNegative] | None = None
     joint: NonNegative = 10.0

@@ -18,6 +18,7 @@ from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
 from fabgeo.build.folder import open_folder
 from fabgeo.build.geometry import (
     Design,
+    lanes_of,
     layers_of,
     pair_of,
     panels_of,
@@ -83,21 +84,22 @@ def design(
         )
         model = outwards(fitted.model)
     with clock.stage("panels"):
-        patches = patches_of(project, model)
+        lanes = lanes_of(project, model)
+        patches = patches_of(project, lanes)
         panels, choices = cache.once(
             "panels",
-            _panelled(project, model, patches),
-            partial(panels_of, project, model, patches),
+            _panelled(project, lanes, patches),
+            partial(panels_of, project, lanes, patches),
         )
-        layers = layers_of(project, model, patches)
-    made = Design(project, surface, initial, fitted, model, patches, panels, choices, layers)
+        layers = layers_of(project, lanes, patches)
+    made = Design(project, surface, initial, fitted, model, lanes, patches, panels, choices, layers)
     if trims_panels(project, initial):
         with clock.stage("trim"):
             made = trimmed(made)
     made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
-            made = replace(made, **_structure(project, model, patches, cache))
+            made = replace(made, **_structure(project, lanes, patches, cache))
     if project.connectors:
         with clock.stage("connectors"):
             made = replace(made, **fixings_of(project, made.panels, made.beams, jobs, cache))

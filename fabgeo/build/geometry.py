@@ -14,6 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from fabgeo.build.trimming import Trims
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.fit import FitResult
@@ -50,6 +52,8 @@ class Design:
     fit : FitResult
     model : StripModel
         The fitted model, turned outwards.
+    lanes : StripModel
+        The same surface in strips no wider than panels may be: what all parts are cut from.
     patches : tuple of Patch
     panels : tuple of Plate
         Net panels, on the shapes that they are made as, in the order of `patches`.
@@ -75,6 +79,7 @@ class Design:
     start: Start
     fit: FitResult
     model: StripModel
+    lanes: StripModel
     patches: tuple[Patch, ...] = ()
     panels: tuple[Plate, ...] = ()
     choices: Mapping[str, PanelChoice] = field(default_factory=dict)
@@ -100,6 +105,15 @@ class Design:
         """Everything that is cut flat: panels, layers, walls, and the plates of beams."""
         of_beams = tuple(plate for beam in self.beams for plate in beam.plates)
         return self.panels + self.layers + self.walls + of_beams
+
+
+def lanes_of(project: Project, model: StripModel) -> StripModel:
+    """The model with its strips divided evenly, as far as [panels] limits their width."""
+    widest = None if project.panels is None else project.panels.width
+    if widest is None:
+        return model
+    _, widths = model.rulings(model.parameters())
+    return model.divided(int(np.ceil(widths.max() / widest - 1e-9)))
 
 
 def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:

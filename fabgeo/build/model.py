@@ -26,6 +26,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
     seed: Any = asked.seed
     if asked.start == "model":
         seed = base / str(asked.model)
+    options = {} if asked.overhang is None else {"overhang": asked.overhang}
     return start(
         surface,
         method=asked.start,
@@ -33,6 +34,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
         segments=asked.segments,
         direction=asked.direction,
         seed=seed,
+        **options,
     )
 
 

@@ -178,9 +178,9 @@ def erection_order(design: Design) -> dict[str, int]:
     start to its end; a strip's panels follow along it.
     """
     waiting = sorted(design.beams, key=lambda beam: (beam.edge, beam.u0))
-    edges = design.model.edges
+    edges = design.lanes.edges
     marks: list[str] = []
-    for strip in range(design.model.strips):
+    for strip in range(design.lanes.strips):
         near = {strip % edges, (strip + 1) % edges}
         marks += [beam.mark for beam in waiting if beam.edge in near]
         waiting = [beam for beam in waiting if beam.edge not in near]

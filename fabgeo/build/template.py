@@ -33,10 +33,12 @@ kind = "general"          # general, conical (offsets, cells, beams), circular, 
 # start = "auto"          # auto, iso, principal, sections, mesh, geodesic, model
 count = 8                 # strips
 # segments = 8            # knot spans along a strip
+# overhang = [0.0, 0.1]   # start = "iso": edges reach beyond the boundary by parts of their length
 # boundary = "auto"       # what is held on the boundary: edges, ends, all, none
 
 [panels]
 length = 2000.0           # along the strip; or count = 4, or cuts = [2.0, 4.0] (parameters)
+# width = 2400.0          # at most, across: strips are divided evenly along their rulings
 joint = 10.0
 thickness = 3.0
 material = "aluminium"

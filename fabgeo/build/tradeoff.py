@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fabgeo.build.geometry import inputs_of, limits_of, patches_of, sheet_of
+from fabgeo.build.geometry import inputs_of, lanes_of, limits_of, patches_of, sheet_of
 from fabgeo.build.model import fit_of, outwards, start_of
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.surface import surface_of
@@ -56,7 +56,8 @@ def tradeoff_of(
         start = start_of(project, surface, path.parent)
     with clock.stage("fit"):
         model = outwards(fit_of(project, start, clock).model)
-    panels = inputs_of(project, model, patches_of(project, model))
+    lanes = lanes_of(project, model)
+    panels = inputs_of(project, lanes, patches_of(project, lanes))
     with clock.stage("tradeoff", len(DEVIATIONS_MM) * len(ANGLES_DEG)):
         found = trade_off(
             panels,

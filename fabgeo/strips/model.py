@@ -109,6 +109,26 @@ class StripModel:
         """The same model with other control points (and other attributes, if given)."""
         return replace(self, control=control, **changes)
 
+    def divided(self, count: int) -> StripModel:
+        """Every strip parted along its rulings into `count` of equal width, the same surface.
+
+        The curve at v = k / count of a ruled strip is the spline of the interpolated control
+        points, so nothing moves and every part is as developable as its strip.
+
+        Raises
+        ------
+        InputError
+            If `count` is less than 1.
+        """
+        if count < 1:
+            raise InputError("StripModel.divided", f"expected 1 part or more, found {count}")
+        first, second = self.pairs(self.control)
+        parts = [first + k / count * (second - first) for k in range(count)]
+        control = np.stack(parts, axis=1).reshape(-1, *self.control.shape[1:])
+        if not self.closed_i:
+            control = np.concatenate([control, self.control[-1:]])
+        return self.with_control(control)
+
     def refined(self) -> StripModel:
         """Every knot span halved, the same surface; parameters double."""
         return self.with_control(spline.refine(self.control, self.closed_u))
