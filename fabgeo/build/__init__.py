@@ -142,6 +142,8 @@ def build_package(
     clock = Clock(listener)
     with open_folder(out) as folder:
         cache = Cache(folder.cache, fresh)
+        if fresh:
+            folder.forget()
         made = design(project, base=base, clock=clock, cache=cache, jobs=jobs)
         with clock.stage("unfold", len(made.plates)):
             flats = flats_of(made.project, made.plates, jobs, clock, cache)
@@ -151,7 +153,7 @@ def build_package(
         parts = (*made.plates, *made.cells)
         with clock.stage("solids", len(parts)):
             built = solids_of(parts, jobs, clock, cache)
-        package = write_package(folder, made, flats, nests, built, clock, jobs)
+        package = write_package(folder, made, flats, nests, built, clock, jobs, cache)
         cache.prune()
         return package
 

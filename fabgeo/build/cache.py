@@ -58,15 +58,13 @@ class Cache:
         self._used.add((kind, key))
         if self._fresh:
             return None
-        try:
-            data = (self.folder / kind / key).read_bytes()
-            if sha256(data[CHECKSUM:]).digest() != data[:CHECKSUM]:
-                return None
-            value = unpack(data[CHECKSUM:])
-        except (OSError, InputError):
-            return None
-        self.found += 1
+        value = read_entry(self.folder / kind / key)
+        self.found += value is not None
         return value
+
+    def file(self, kind: str, key: str) -> Path | None:
+        """The entry's file, if there is a folder."""
+        return None if self.folder is None else self.folder / kind / key
 
     def put(self, kind: str, key: str, value: Any) -> None:
         """Keep a result; its file is there whole or not at all."""
@@ -100,6 +98,17 @@ class Cache:
         for path in self.folder.glob("*/*"):
             if (path.parent.name, path.name) not in self._used:
                 path.unlink(missing_ok=True)
+
+
+def read_entry(path: Path) -> Any | None:
+    """What an entry's file holds, or None where there is none or it is damaged."""
+    try:
+        data = path.read_bytes()
+        if sha256(data[CHECKSUM:]).digest() != data[:CHECKSUM]:
+            return None
+        return unpack(data[CHECKSUM:])
+    except (OSError, InputError):
+        return None
 
 
 @cache

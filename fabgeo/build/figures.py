@@ -158,7 +158,7 @@ def summary_of(
     distinct = {hash(shape): shape for own in of_product.values() for shape in own}
     unsound = sum(not (is_valid(shape) and is_closed(shape)) for shape in distinct.values())
     placed = sum(len(of_product[connector.product]) for connector in design.connectors)
-    out["solids"] = placed + sum(1 for b in built.values() if b.data)
+    out["solids"] = placed + sum(1 for b in built.values() if b.made)
     out["invalid_solids"] = unsound + sum(
         1 for b in built.values() if not (b.report and b.report.sound)
     )

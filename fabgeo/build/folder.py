@@ -4,6 +4,9 @@ Glossary
 --------
 manifest
     manifest.json, written last: a folder without it holds no finished package.
+ledger
+    What each file was made from: a file that would be made again alike, and that nobody changed
+    since, is taken over from the package that is there.
 """
 
 from __future__ import annotations
@@ -19,8 +22,10 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from fabgeo.errors import FabgeoError, GeometryError, InputError
+from fabgeo.review.manifest import sha256_of
 
 MANIFEST = "manifest.json"
+LEDGER = "files.json"
 WORK = ".fabgeo"  # the lock and what a later build can use again
 FULL = {
     errno.ENOSPC: "the disk is full",
@@ -48,6 +53,8 @@ class Folder:
         self.work = path / WORK
         self.cache = self.work / "cache"
         self._staged = self.work / "staged"
+        self._made: dict[str, str] = {}
+        self._ledger = _ledger_of(self.work / LEDGER)
 
     def place(self, name: str) -> Path:
         """Where to write the file that will be `name` (relative, with /) once all is well.
@@ -76,6 +83,32 @@ class Folder:
         """Let `writer` write one file, or fill one folder."""
         return writer(self.place(name))
 
+    def again(self, name: str, key: str) -> bool:
+        """Take over the file of that name if it was made from the same; else say it will be.
+
+        Parameters
+        ----------
+        key : str
+            Digest of everything that the file depends on.
+        """
+        key += os.environ.get("SOURCE_DATE_EPOCH", "")  # files tell the moment
+        self._made[name] = key
+        old, path = self._ledger.get(name), self.path / name
+        if old is None or old[0] != key or path.is_symlink() or not path.is_file():
+            return False
+        if sha256_of(path) != old[1]:
+            return False
+        place = self.place(name)
+        try:
+            os.link(path, place)
+        except OSError:
+            shutil.copy2(path, place)
+        return True
+
+    def forget(self) -> None:
+        """Take nothing over."""
+        self._ledger = {}
+
     @property
     def staged(self) -> Path:
         """The folder that holds the files until they are moved into place."""
@@ -97,6 +130,7 @@ class Folder:
             link = next((p for p in (target, *target.parents) if p.is_symlink()), None)
             if link is not None and link != self.path and self.path in link.parents:
                 raise InputError(str(link), "is a link", "remove it: a package holds files only")
+        self._write_ledger()
         (self.path / MANIFEST).unlink(missing_ok=True)
         for name in [n for n in names if n != MANIFEST]:
             target = self.path / name
@@ -105,6 +139,14 @@ class Folder:
         for name in sorted(set(old) - set(names)):
             self._remove(name)
         os.replace(self.staged / MANIFEST, self.path / MANIFEST)
+
+    def _write_ledger(self) -> None:
+        """Before files move: a file that is not yet in place has another sha256, no harm done."""
+        sums = _sums_of(self.staged / MANIFEST)
+        ledger = {name: [key, sums[name]] for name, key in self._made.items() if name in sums}
+        beside = self.work / f".{LEDGER}.part"
+        beside.write_text(json.dumps(ledger), encoding="utf-8")
+        os.replace(beside, self.work / LEDGER)
 
     def _remove(self, name: str) -> None:
         pure = PurePosixPath(name)
@@ -172,7 +214,23 @@ def _files_in(folder: Path) -> Iterator[Path]:
 
 
 def _files_of(manifest: Path) -> list[str]:
+    return list(_sums_of(manifest))
+
+
+def _sums_of(manifest: Path) -> dict[str, str]:
+    """Names of a manifest's files and their sha256."""
     try:
-        return list(json.loads(manifest.read_text(encoding="utf-8"))["files"])
+        files = json.loads(manifest.read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):
-        return []
+        return {}
+    if isinstance(files, dict):
+        return {str(name): str(value) for name, value in files.items()}
+    return {str(name): "" for name in files} if isinstance(files, list) else {}
+
+
+def _ledger_of(path: Path) -> dict[str, tuple[str, str]]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return {str(name): (str(key), str(value)) for name, (key, value) in found.items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return {}

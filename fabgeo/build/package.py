@@ -11,8 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fabgeo
+from fabgeo.build.cache import Cache
+from fabgeo.build.drawn import write_flats
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
+from fabgeo.build.models import write_models
 from fabgeo.build.progress import Clock
 from fabgeo.build.record import record_of
 from fabgeo.build.solids import Built, tree_of
@@ -24,7 +27,6 @@ from fabgeo.review.manifest import write_manifest
 from fabgeo.review.record import ReviewRecord
 from fabgeo.review.schedules import write_schedules
 from fabgeo.review.verdicts import verdict_of, write_review
-from fabgeo.sheets.dxf import DxfStyle, write_nests, write_parts
 from fabgeo.sheets.stock import Nest
 
 if TYPE_CHECKING:
@@ -129,6 +131,7 @@ def write_package(
     built: Mapping[str, Built],
     clock: Clock,
     jobs: int | None = None,
+    cache: Cache | None = None,
 ) -> Package:
     """Write all files beside, then move them into place.
 
@@ -141,10 +144,10 @@ def write_package(
     history = [{k: v for k, v in stage.items() if k != "seconds"} for stage in design.fit.history]
     save_model(staged / "strips.json", design.model, history=history)
     with clock.stage("step"):
-        _write_models(folder, design, built)
+        write_models(folder, design, built, jobs, cache)
     if flats:
         with clock.stage("dxf", len(flats)):
-            _write_flats(folder, project, flats, nests, jobs)
+            write_flats(folder, project, flats, nests, jobs, cache)
     with clock.stage("measure"):
         missing = not_asked(project)
         record = record_of(design, flats, nests, built, seconds, missing)
@@ -162,39 +165,6 @@ def write_package(
     )
     folder.finish()
     return Package(folder.path, design, flats, nests, built, review, record, clock.seconds)
-
-
-def _write_models(folder: Folder, design: Design, built: Mapping[str, Built]) -> None:
-    from fabgeo.cad.glb import write_glb
-    from fabgeo.cad.step import write_step
-
-    tree = tree_of(design, dict(built))
-    if not tree.children:
-        return
-    holes = any(plate.holes for plate in design.plates)
-    write_step(folder.place("model/facade.step"), tree, curves_on_surfaces=holes)
-    if len(tree.children) > 1:  # each family also as a file of its own
-        for family in tree.children:
-            bored = holes and family.name in ("panels", "beams", "connectors")
-            path = folder.place(f"model/{family.name}.step")
-            write_step(path, family, curves_on_surfaces=bored)
-    write_glb(folder.place("model/facade.glb"), tree)
-
-
-def _write_flats(
-    folder: Folder,
-    project: Project,
-    flats: Mapping[str, FlatPart],
-    nests: list[Nest],
-    jobs: int | None,
-) -> None:
-    asked = project.cutting
-    style = DxfStyle(
-        version=asked.version, outline=asked.curves, tolerance=asked.tolerance, layers=asked.layers
-    )
-    drawn = write_parts(list(flats.values()), folder.staged / "cut" / "parts", style, jobs)
-    if nests:
-        write_nests(nests, drawn, folder.staged / "cut" / "nests", style)
 
 
 def _write_pages(folder: Folder, record: ReviewRecord, project: Project) -> None:
