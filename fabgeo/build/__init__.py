@@ -14,7 +14,7 @@ from typing import Any
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import fixings_of
-from fabgeo.build.flats import flats_of, nests_of, refuse_oversize
+from fabgeo.build.flats import flats_of, refuse_oversize
 from fabgeo.build.folder import open_folder
 from fabgeo.build.geometry import (
     Design,
@@ -27,6 +27,7 @@ from fabgeo.build.geometry import (
 )
 from fabgeo.build.materials import in_materials
 from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.nests import nests_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.solids import solids_of

@@ -9,7 +9,6 @@ from functools import partial
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.parallel import Work, results
-from fabgeo.build.plain import digest
 from fabgeo.build.progress import Clock
 from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
@@ -17,8 +16,7 @@ from fabgeo.panels.unfold import unfold
 from fabgeo.project import Project
 from fabgeo.sheets.drawn import with_contour
 from fabgeo.sheets.dxf_document import DxfStyle
-from fabgeo.sheets.nest import nest
-from fabgeo.sheets.stock import Nest, Stock
+from fabgeo.sheets.stock import Stock
 from fabgeo.structures.parts import Plate
 
 
@@ -137,33 +135,3 @@ def _holds(room: tuple[float, float], part: tuple[float, float]) -> bool:
     if p <= a or q > b or min(room) <= 0.0:
         return False
     return b * (p * p + q * q) >= 2 * p * q * a + (p * p - q * q) * math.sqrt(p * p + q * q - a * a)
-
-
-def nests_of(
-    project: Project,
-    plates: Sequence[Plate],
-    flats: dict[str, FlatPart],
-    clock: Clock,
-    cache: Cache | None = None,
-) -> list[Nest]:
-    """All flat parts nested; [] where the project does not ask."""
-    asked = project.nesting
-    if asked is None:
-        return []
-    stocks = stocks_of(project, plates)
-    inputs = (asked.model_dump(), stocks, [digest(part) for part in flats.values()])
-    return (cache or Cache()).once(
-        "nest",
-        inputs,
-        lambda: nest(
-            list(flats.values()),
-            stocks,
-            spacing=asked.spacing,
-            margin=asked.margin,
-            seconds=asked.seconds,
-            seed=asked.seed,
-            steps=asked.steps,
-            listener=clock.tell,
-            tolerance=project.cutting.tolerance,
-        ),
-    )
