@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,8 +13,9 @@ from fabgeo.build.geometry import Design
 from fabgeo.build.parallel import Work, results
 from fabgeo.build.progress import Clock
 from fabgeo.cad import kernel
-from fabgeo.cad.assembly import CLASS_COLOURS, FAMILY_COLOURS, Node
+from fabgeo.cad.assembly import CLASS_COLOURS, FAMILY_COLOURS, Colour, Node
 from fabgeo.cad.measure import check_solid
+from fabgeo.cad.mesh import prism_mesh
 from fabgeo.cad.solids import prism_solid
 from fabgeo.errors import FabgeoError
 from fabgeo.structures.holes import bored_volume
@@ -69,40 +70,55 @@ def _built(part: Part) -> Built:
         return Built(part.mark, failure=str(error))
 
 
-def tree_of(design: Design, built: dict[str, Built]) -> Node:
-    """The assembly of the package: panels, cells, walls, beams, connectors (handover.md)."""
+def tree_of(design: Design, built: dict[str, Built], meshes: bool = False) -> Node:
+    """The assembly of the package: panels, cells, walls, beams, connectors (handover.md).
+
+    With `meshes` plates and cells are triangles from their formulas in place of solids.
+    """
+    node = _meshed if meshes else _solid
     groups = (
-        Node("panels", children=tuple(_panels(design, built))),
-        Node("layers", children=tuple(_parts(design.layers, built, "panels"))),
-        Node("cells", children=tuple(_parts(design.cells, built, "cells"))),
-        Node("walls", children=tuple(_parts(design.walls, built, "walls"))),
-        Node("beams", children=tuple(_beams(design, built))),
+        Node("panels", children=tuple(_panels(design, built, node))),
+        Node("layers", children=tuple(_parts(design.layers, built, node, "panels"))),
+        Node("cells", children=tuple(_parts(design.cells, built, node, "cells"))),
+        Node("walls", children=tuple(_parts(design.walls, built, node, "walls"))),
+        Node("beams", children=tuple(_beams(design, built, node))),
         Node("connectors", children=tuple(nodes_of(design))),
     )
     return Node(design.project.name, children=tuple(g for g in groups if g.children))
 
 
-def _panels(design: Design, built: dict[str, Built]) -> Iterator[Node]:
+type _Maker = Callable[[Part, Built, Colour, str], Node]
+
+
+def _panels(design: Design, built: dict[str, Built], node: _Maker) -> Iterator[Node]:
     for plate in design.panels:
-        colour = CLASS_COLOURS[design.choices[plate.mark].cls]
-        yield from _part(plate.mark, built, colour, "panels")
+        if plate.mark in built and built[plate.mark].made:
+            colour = CLASS_COLOURS[design.choices[plate.mark].cls]
+            yield node(plate, built[plate.mark], colour, "panels")
 
 
-def _parts(parts: Sequence[Part], built: dict[str, Built], family: str) -> Iterator[Node]:
+def _parts(
+    parts: Sequence[Part], built: dict[str, Built], node: _Maker, family: str
+) -> Iterator[Node]:
     for part in parts:
-        yield from _part(part.mark, built, FAMILY_COLOURS[family], family)
+        if part.mark in built and built[part.mark].made:
+            yield node(part, built[part.mark], FAMILY_COLOURS[family], family)
 
 
-def _beams(design: Design, built: dict[str, Built]) -> Iterator[Node]:
+def _beams(design: Design, built: dict[str, Built], node: _Maker) -> Iterator[Node]:
     for beam in design.beams:
-        children = tuple(_parts(beam.plates, built, "beams"))
+        children = tuple(_parts(beam.plates, built, node, "beams"))
         if children:
             yield Node(beam.mark, children=children)
 
 
-def _part(
-    mark: str, built: dict[str, Built], colour: tuple[float, float, float], layer: str
-) -> Iterator[Node]:
-    found = built.get(mark)
-    if found is not None and found.made:
-        yield Node(mark, found.shape(), colour=colour, layer=layer)
+def _solid(part: Part, built: Built, colour: Colour, layer: str) -> Node:
+    return Node(part.mark, built.shape(), colour=colour, layer=layer)
+
+
+def _meshed(part: Part, built: Built, colour: Colour, layer: str) -> Node:
+    if isinstance(part, Cell):
+        mesh = prism_mesh(part.prism)
+    else:
+        mesh = prism_mesh(plate_prism(part), holes=part.holes)
+    return Node(built.mark, mesh=mesh, colour=colour, layer=layer)

@@ -60,7 +60,7 @@ class Node:
     location : (4, 4) array, optional
         Rigid placement in the parent, in mm.
     mesh : (vertices (n, 3), triangles (m, 3)), optional
-        Of the shape, for viewing; saves meshing it again.
+        Of a part, for viewing: beside its shape or, where nothing else is wanted, in its place.
     """
 
     name: str
@@ -76,18 +76,19 @@ class Node:
         object.__setattr__(self, "children", tuple(self.children))
         if self.location is not None:
             set_frozen(self, "location", (4, 4))
-        kinds = (self.shape is not None) + bool(self.children) + (self.instance_of is not None)
+        part = self.shape is not None or self.mesh is not None
+        kinds = part + bool(self.children) + (self.instance_of is not None)
         if not self.name or kinds > 1:
             raise InputError(
                 f"node {self.name!r}",
-                "expected a name and at most one of shape, children and instance_of",
+                "expected a name and at most one of shape (or mesh), children and instance_of",
             )
         if self.shape is not None and self.shape.IsNull():
             raise InputError(f"node {self.name!r}", "its shape is empty")
 
     def parts(self) -> Iterator[Node]:
         """All nodes that carry geometry: parts and instances, depth first."""
-        if self.shape is not None or self.instance_of is not None:
+        if any(x is not None for x in (self.shape, self.mesh, self.instance_of)):
             yield self
         for child in self.children:
             yield from child.parts()

@@ -65,7 +65,7 @@ class _Scene:
         product = node.instance_of or node
         colour = node.colour or product.colour or colour
         name = self._free(node.name)
-        if product.shape is not None:
+        if product.shape is not None or product.mesh is not None:
             geometry = self._geometry(product, colour or _GREY)
             self.scene.graph.update(
                 frame_from=parent, frame_to=name, matrix=matrix, geometry=geometry

@@ -178,12 +178,7 @@ class Skin:
     def _rims(self, walls: Sequence[Piece], form: Bernstein) -> list[Rim]:
         t = np.concatenate([form.sites, form.fine])
         count, sites = len(t), len(form.sites)
-        foot = np.concatenate([piece.foot(t) for piece in walls])
-        axis = np.repeat([piece.frame[2] for piece in walls], count, axis=0)
-        middle = foot.reshape(-1, count, 3).mean(axis=1)
-        seeds, _ = self._meet(middle, axis[::count], self._nearest(middle, axis[::count]))
-        uv, height = self._meet(foot, axis, np.repeat(seeds, count, axis=0))
-        self._check(foot, axis, uv, height)
+        foot, axis, uv, height = self.meet(walls, t)
         points = foot + height[:, None] * axis
         values = np.concatenate([points, uv, height[:, None]], axis=1).reshape(-1, count, 6)
         poles = form.to_poles @ values[:, :sites]  # (piece, pole, quantity)
@@ -196,6 +191,23 @@ class Skin:
             Rim(c[:, :3], c[:, 3:5], c[:, 5], float(d))
             for c, d in zip(poles, deviation, strict=True)
         ]
+
+    def meet(self, walls: Sequence[Piece], t: Array) -> tuple[Array, Array, Array, Array]:
+        """Feet and axes (k, 3), parameters (k, 2) and heights (k,) of all pieces at t, in order.
+
+        Raises
+        ------
+        PartError
+            As `rims`.
+        """
+        foot = np.concatenate([piece.foot(t) for piece in walls])
+        axis = np.repeat([piece.frame[2] for piece in walls], len(t), axis=0)
+        middle = foot.reshape(len(walls), -1, 3).mean(axis=1)
+        first = axis[:: len(t)]
+        seeds, _ = self._meet(middle, first, self._nearest(middle, first))
+        uv, height = self._meet(foot, axis, np.repeat(seeds, len(t), axis=0))
+        self._check(foot, axis, uv, height)
+        return foot, axis, uv, height
 
     def _nearest(self, foot: Array, axis: Array) -> Array:
         """The grid's parameters nearest to lines along the axes."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cad_helpers import revolution
+from cad_helpers import plate, revolution, square_hole
 
 from fabgeo.cad.assembly import Node
 from fabgeo.cad.convert import of_build123d, to_build123d, to_cadquery
@@ -12,6 +12,7 @@ from fabgeo.cad.glb import write_glb
 from fabgeo.cad.measure import volume
 from fabgeo.cad.mesh import prism_mesh, shape_mesh
 from fabgeo.cad.solids import prism_solid
+from fabgeo.structures.prisms import plate_prism
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +68,30 @@ def test_meshes_are_closed_and_converge_to_the_volume():
     body = trimesh.Trimesh(*shape_mesh(prism_solid(prism), 0.1))
     assert body.is_watertight
     assert body.volume == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("slot", [0.0, 30.0])
+def test_mesh_of_a_bored_plate_is_closed_and_has_its_holes(slot):
+    trimesh = pytest.importorskip("trimesh")
+    mid = plate().mid
+    holes = [square_hole(mid, u, v, 20.0, slot) for u, v in ((0.15, 0.2), (0.25, 0.5))]
+    made = plate(holes=holes)
+    prism = plate_prism(made)
+    body = trimesh.Trimesh(*prism_mesh(prism, 8, made.holes))
+    assert body.is_watertight
+    assert body.euler_number == 2 - 2 * len(holes)  # genus 2
+    whole = trimesh.Trimesh(*prism_mesh(prism, 8))
+    corners = 10.0**2 * 6.0 * np.sin(np.pi / 6.0)  # a round end is a polygon of 12 corners
+    taken = len(holes) * 8.0 * (corners + 20.0 * slot)
+    assert whole.volume - body.volume == pytest.approx(taken, rel=0.05)
+
+
+def test_glb_takes_a_mesh_in_place_of_a_shape(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    prism = revolution()
+    node = Node("roof", children=(Node("C-1", mesh=prism_mesh(prism)),))
+    (body,) = trimesh.load(write_glb(tmp_path / "x.glb", node)).geometry.values()
+    assert body.volume == pytest.approx(volume(prism_solid(prism))[0], rel=1e-3)
 
 
 def test_glb_holds_names_colours_and_metres(tree, tmp_path):
