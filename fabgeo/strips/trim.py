@@ -33,8 +33,8 @@ from fabgeo.surfaces.base import DesignSurface
 type Inside = Callable[[Array], BoolArray]
 type Edges = Callable[[Array], tuple[Array, Array]]
 
-ACROSS = 9  # places on a ruling that are tested before the limits are bisected
-BISECTIONS = 16
+ACROSS = 9  # places on a ruling that are tested before the limits are searched
+PARTS, ROUNDS = 16, 5  # limits are found to 16 ** -5 of what they are known to before
 CORNER = np.cos(np.radians(20.0))  # a boundary that turns more between its points has a corner
 LEAST = 0.02  # part of a ruling below which a patch ends: no slivers
 
@@ -299,7 +299,7 @@ def trimmed_ruled(
 
     def stop(good: int, bad: int) -> float:
         """Where the width falls to `least`, taken to fall evenly to nothing."""
-        nothing = _bisect_u(some, u[good], u[bad])
+        nothing = _last_u(some, u[good], u[bad])
         return nothing + (u[good] - nothing) * min(least / width[good], 1.0)
 
     u0 = u[0] if begin == 0 else stop(begin, begin - 1)
@@ -362,14 +362,14 @@ def _through(
 def _kinks(edges: Edges, inside: Inside, u: Array, whole: BoolArray, v: float) -> list[float]:
     """Parameters at which the edge v = 0 or 1 crosses the boundary."""
 
-    def kept(at: float) -> bool:
-        return bool(_inside(inside, *edges(np.array([at])), np.array([[v]]))[0, 0])
+    def kept(at: Array) -> BoolArray:
+        rows = at.ravel()
+        return _inside(inside, *edges(rows), np.full((len(rows), 1), v)).reshape(at.shape)
 
-    found = []
-    for k in np.flatnonzero(whole[1:] != whole[:-1]):
-        a, b = (u[k], u[k + 1]) if whole[k] else (u[k + 1], u[k])
-        found.append(_bisect_u(kept, a, b))
-    return found
+    changes = np.flatnonzero(whole[1:] != whole[:-1])
+    good = np.where(whole[changes], u[changes], u[changes + 1])
+    bad = np.where(whole[changes], u[changes + 1], u[changes])
+    return [float(found) for found in _last(kept, good, bad)]
 
 
 def _intervals(
@@ -381,19 +381,20 @@ def _intervals(
     ends = np.flatnonzero(good & ~np.concatenate([good[1:], [False]]))
     return tuple(
         (
-            float(u[a]) if a == 0 else _bisect_u(some, u[a], u[a - 1]),
-            float(u[b]) if b == len(u) - 1 else _bisect_u(some, u[b], u[b + 1]),
+            float(u[a]) if a == 0 else _last_u(some, u[a], u[a - 1]),
+            float(u[b]) if b == len(u) - 1 else _last_u(some, u[b], u[b + 1]),
         )
         for a, b in zip(starts, ends, strict=True)
     )
 
 
-def _touches(edges: Edges, inside: Inside) -> Callable[[float], bool]:
-    """A test whether anything of the ruling at u is inside."""
-    v = np.linspace(0.0, 1.0, ACROSS)[None]
+def _touches(edges: Edges, inside: Inside) -> Callable[[Array], BoolArray]:
+    """A test whether anything of the rulings at u is inside."""
 
-    def test(at: float) -> bool:
-        return bool(_inside(inside, *edges(np.array([at])), v).any())
+    def test(at: Array) -> BoolArray:
+        rows = at.ravel()
+        v = np.broadcast_to(np.linspace(0.0, 1.0, ACROSS), (len(rows), ACROSS))
+        return _inside(inside, *edges(rows), v).any(axis=1).reshape(at.shape)
 
     return test
 
@@ -422,24 +423,31 @@ def _inside(inside: Inside, first: Array, second: Array, v: Array) -> BoolArray:
 
 def _bisect(inside: Inside, first: Array, second: Array, good: Array, bad: Array) -> Array:
     """The last v inside between one inside and one outside, for many rulings at once."""
-    good, bad = good.copy(), bad.copy()
-    for _ in range(BISECTIONS if len(good) else 0):
-        middle = (good + bad) / 2.0
-        within = _inside(inside, first, second, middle[:, None])[:, 0]
-        good, bad = np.where(within, middle, good), np.where(within, bad, middle)
+    return _last(lambda v: _inside(inside, first, second, v), good, bad)
+
+
+def _last(test: Callable[[Array], BoolArray], good: Array, bad: Array) -> Array:
+    """The last values (k,) before the test fails first between good and bad: parted in `PARTS`.
+
+    `test` takes values (k, PARTS - 1), a row for each of the k.
+    """
+    rows = np.arange(len(good))
+    for _ in range(ROUNDS if len(good) else 0):
+        grid = good[:, None] + np.linspace(0.0, 1.0, PARTS + 1) * (bad - good)[:, None]
+        failed = np.ones((len(good), PARTS), dtype=bool)
+        failed[:, :-1] = ~test(grid[:, 1:-1])
+        first = np.argmax(failed, axis=1)
+        good, bad = grid[rows, first], grid[rows, first + 1]
     return good
 
 
-def _bisect_u(test: Callable[[float], bool], good: float, bad: float) -> float:
-    for _ in range(BISECTIONS):
-        middle = (good + bad) / 2.0
-        good, bad = (middle, bad) if test(middle) else (good, middle)
-    return float(good)
+def _last_u(test: Callable[[Array], BoolArray], good: float, bad: float) -> float:
+    return float(_last(test, np.array([good]), np.array([bad]))[0])
 
 
 def _area_inside(edges: Edges, inside: Inside, u: Array) -> float:
     """Area inside, by cells of a fine grid."""
-    first, second = edges(np.linspace(u[0], u[-1], 4 * len(u) - 3))
+    first, second = edges(np.linspace(u[0], u[-1], 2 * len(u) - 1))
     v = np.linspace(0.0, 1.0, 17)
     grid = first[:, None] + v[:, None] * (second - first)[:, None]
     a, b = grid[1:, :-1] - grid[:-1, :-1], grid[:-1, 1:] - grid[:-1, :-1]
