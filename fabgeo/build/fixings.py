@@ -7,7 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 from fabgeo.build.cache import Cache
@@ -163,9 +163,11 @@ def _complaints(
     return out
 
 
-def nodes_of(design: Design) -> list[Node]:
-    """Every connector as a placed instance of its product."""
-    return place_connectors(design.connectors, products_of(design))
+def nodes_of(design: Design, products: Mapping[str, Node] | None = None) -> list[Node]:
+    """Every connector as a placed instance of its product (of `products_of`, made if not given)."""
+    return place_connectors(
+        design.connectors, dict(products_of(design) if products is None else products)
+    )
 
 
 def products_of(design: Design) -> dict[str, Node]:
@@ -173,12 +175,17 @@ def products_of(design: Design) -> dict[str, Node]:
     project = design.project
     if not design.connectors or project.panels is None or project.beams is None:
         return {}
-    return fixing_products(
-        design.products,
-        panel=project.panels.thickness,
-        flange=project.beams.flange,
-        library=importlib.util.find_spec("bd_warehouse") is not None,
-    )
+    wanted = tuple(design.products.items())
+    return _products(wanted, project.panels.thickness, project.beams.flange)
+
+
+@lru_cache(maxsize=4)
+def _products(
+    wanted: tuple[tuple[str, Fixing], ...], panel: float, flange: float
+) -> dict[str, Node]:
+    """Made once a process: the library of fasteners takes seconds to load."""
+    library = importlib.util.find_spec("bd_warehouse") is not None
+    return fixing_products(dict(wanted), panel=panel, flange=flange, library=library)
 
 
 def masses_of(products: Mapping[str, Node]) -> dict[str, float]:

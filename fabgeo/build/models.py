@@ -15,9 +15,11 @@ from joblib import Parallel, delayed
 
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
+from fabgeo.build.fixings import products_of
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import FAMILIES, tree_of
+from fabgeo.cad.assembly import Node
 from fabgeo.errors import InputError
 
 FACADE = "facade"
@@ -31,6 +33,7 @@ class _File:
     design: Design
     built: dict[str, Built]
     family: str
+    products: Mapping[str, Node]
 
 
 def write_models(
@@ -53,7 +56,8 @@ def write_models(
         if folder.again(f"model/{name}", key):
             continue
         part, own = _part(bare, built, family)
-        files.append(_File(folder.place(f"model/{name}"), part, own, family))
+        products = products_of(part)  # made once, in this process
+        files.append(_File(folder.place(f"model/{name}"), part, own, family, products))
     Parallel(n_jobs=jobs, batch_size=1, max_nbytes=None)(delayed(_write)(file) for file in files)
 
 
@@ -61,7 +65,9 @@ def _write(file: _File) -> None:
     from fabgeo.cad.glb import write_glb
     from fabgeo.cad.step import write_step
 
-    tree = tree_of(file.design, file.built, meshes=file.path.suffix == ".glb")
+    tree = tree_of(
+        file.design, file.built, meshes=file.path.suffix == ".glb", products=file.products
+    )
     if file.family != FACADE:
         (tree,) = tree.children
     if file.path.suffix == ".glb":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -70,10 +70,16 @@ def _built(part: Part) -> Built:
         return Built(part.mark, failure=str(error))
 
 
-def tree_of(design: Design, built: dict[str, Built], meshes: bool = False) -> Node:
+def tree_of(
+    design: Design,
+    built: dict[str, Built],
+    meshes: bool = False,
+    products: Mapping[str, Node] | None = None,
+) -> Node:
     """The assembly of the package: panels, cells, walls, beams, connectors (handover.md).
 
     With `meshes` plates and cells are triangles from their formulas in place of solids.
+    `products` are the connectors' (`fabgeo.build.fixings.products_of`), where they are made.
     """
     node = _meshed if meshes else _solid
     groups = (
@@ -82,7 +88,7 @@ def tree_of(design: Design, built: dict[str, Built], meshes: bool = False) -> No
         Node("cells", children=tuple(_parts(design.cells, built, node, "cells"))),
         Node("walls", children=tuple(_parts(design.walls, built, node, "walls"))),
         Node("beams", children=tuple(_beams(design, built, node))),
-        Node("connectors", children=tuple(nodes_of(design))),
+        Node("connectors", children=tuple(nodes_of(design, products))),
     )
     return Node(design.project.name, children=tuple(g for g in groups if g.children))
 

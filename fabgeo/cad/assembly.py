@@ -15,10 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from OCP.TopoDS import TopoDS_Shape
 
 from fabgeo.arrays import Array, IntArray, set_frozen
+from fabgeo.cad import kernel
 from fabgeo.errors import InputError
 
 type Colour = tuple[float, float, float]
@@ -85,6 +87,15 @@ class Node:
             )
         if self.shape is not None and self.shape.IsNull():
             raise InputError(f"node {self.name!r}", "its shape is empty")
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Shapes go to other processes as the kernel's bytes; shared nodes stay shared."""
+        shape = None if self.shape is None else kernel.to_bytes(self.shape)
+        return {**self.__dict__, "shape": shape}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        shape = None if state["shape"] is None else kernel.from_bytes(state["shape"])
+        self.__dict__.update(state, shape=shape)
 
     def parts(self) -> Iterator[Node]:
         """All nodes that carry geometry: parts and instances, depth first."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from cad_helpers import plate, revolution, square_hole
@@ -105,3 +107,11 @@ def test_glb_holds_names_colours_and_metres(tree, tmp_path):
     (body,) = scene.geometry.values()
     linear = ((0.6 + 0.055) / 1.055) ** 2.4
     assert body.visual.material.baseColorFactor[2] == pytest.approx(255 * linear, abs=1.0)
+
+
+def test_a_tree_goes_to_other_processes_with_shared_products(tree):
+    back = pickle.loads(pickle.dumps(tree))
+    first, second = back.parts()
+    assert first.instance_of is second.instance_of
+    expected = volume(tree.children[0].instance_of.shape)[0]
+    assert volume(first.instance_of.shape)[0] == pytest.approx(expected, rel=1e-14)
