@@ -25,8 +25,6 @@ def obj(faces: list[tuple[int, ...]] | None = None, nan: bool = False) -> str:
     return "\n".join(lines) + "\n"
 
 
-SIDES = "4 1 2 3 4\n4 5 6 7 8\n4 1 2 6 5\n4 2 3 7 6\n4 3 4 8 7\n4 4 1 5 8\n"
-EMPTY_STEP = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
 
 FILES = {
     "missing.obj": (None, "no such file"),
@@ -87,6 +85,18 @@ def test_bad_projects(tmp_path: Path, old: str, new: str, words: str) -> None:
     done = fabgeo("build", project, "--out", tmp_path / "out")
     assert done.code == 2, done.out + done.err
     assert words in done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_quads_with_a_hole_are_no_start(tmp_path: Path) -> None:
+    quads = [line for line in obj().splitlines() if line != "f 6 7 11 10"]
+    (tmp_path / "hole.obj").write_text("\n".join(quads) + "\n")
+    project = tmp_path / "p.toml"
+    project.write_text('[surface]\nfile = "hole.obj"\nunit = "m"\n[strips]\nstart = "mesh"\n')
+    done = fabgeo("build", project, "--out", tmp_path / "out")
+    assert done.code == 2
+    assert "hole.obj" in done.err
+    assert "2 boundary loops, the smallest around (3000, 3000," in done.err
     assert not (tmp_path / "out").exists()
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net, model_through
@@ -49,8 +53,17 @@ def mesh_net(surface: Any) -> Net:
     if grid is None:
         raise InputError(
             surface.name,
-            "is no regular quad mesh with rows and columns",
+            f"is no regular quad mesh with rows and columns{_hole(surface.loops)}",
             "choose another start, e.g. 'iso' or 'principal'",
         )
     closed_rows, closed_columns = getattr(surface, "grid_closed", (False, False))
     return Net(grid, closed_rows, closed_columns)
+
+
+def _hole(loops: Sequence[Array]) -> str:
+    """Where the smallest of several boundary loops lies, in words."""
+    if len(loops) < 2:
+        return ""
+    small = min(loops, key=lambda loop: float(np.linalg.norm(np.ptp(loop, axis=0))))
+    x, y, z = small.mean(axis=0)
+    return f": it has {len(loops)} boundary loops, the smallest around ({x:.4g}, {y:.4g}, {z:.4g})"
