@@ -21,7 +21,8 @@ from fabgeo.errors import InputError, PartError
 from fabgeo.project import Project
 from fabgeo.structures.beams import with_holes
 from fabgeo.structures.clashes import Clash, between_fixings, with_plates
-from fabgeo.structures.connectors import Fixing, LocalHole, connect
+from fabgeo.structures.connectors import connect
+from fabgeo.structures.fixing import Fixing, LocalHole
 from fabgeo.structures.parts import Beam, Connector, Hole, Plate
 
 BASE_BOLT = 8.0  # M8 base bolts in slots of the flange

@@ -31,7 +31,7 @@ from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures import panels as layers
 from fabgeo.structures.beams import BeamRule, Section, beams
 from fabgeo.structures.cells import cells
-from fabgeo.structures.connectors import Fixing
+from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Beam, Cell, Connector, Plate
 from fabgeo.structures.patches import CutRule, cut
 from fabgeo.structures.walls import coped_walls, walls

@@ -2,7 +2,7 @@
 
 Adjustable in three directions: the slots of flange and base plate cross each other, and the
 stand-off sleeve turns on the bolt's thread. Origin and axes are those of
-`fabgeo.structures.connectors`: on the flange's outer face, z towards the panel, x along its edge.
+`fabgeo.structures.fixing`: on the flange's outer face, z towards the panel, x along its edge.
 
 Glossary
 --------
@@ -33,7 +33,7 @@ from fabgeo.cad.assembly import FAMILY_COLOURS, Colour, Node
 from fabgeo.cad.measure import bounding_box
 from fabgeo.cad.primitives import cut, cylinder, prism, rectangle, rounded_bar, tube
 from fabgeo.errors import InputError
-from fabgeo.structures.connectors import Fixing, LocalHole
+from fabgeo.structures.fixing import Fixing, LocalHole
 from fabgeo.structures.parts import Connector
 
 _STEEL: Colour = (0.62, 0.64, 0.67)

@@ -22,14 +22,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
-from OCP.BRep import BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-from OCP.BRepLProp import BRepLProp_SLProps
-from OCP.BRepTools import BRepTools
-from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
-from OCP.GCPnts import GCPnts_AbscissaPoint
-from OCP.gp import gp_Dir, gp_Pnt, gp_Pnt2d
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
@@ -37,9 +29,8 @@ from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopAbs import TopAbs_Orientation, TopAbs_State
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shape
+from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import (
     XCAFDoc_ColorTool,
     XCAFDoc_ColorType,
@@ -51,45 +42,8 @@ from fabgeo.arrays import Array
 from fabgeo.cad import kernel, measure
 from fabgeo.cad.assembly import Colour
 from fabgeo.cad.measure import SolidReport, check_solid
+from fabgeo.cad.samples import EdgeSamples, FaceSamples, edge_samples, face_samples
 from fabgeo.errors import InputError
-
-
-@dataclass(frozen=True)
-class FaceSamples:
-    """One face in numbers.
-
-    Attributes
-    ----------
-    kind : str
-        plane, cylinder, cone, bspline, ...
-    area : float
-        mm2.
-    points, normals : (k, 3) array
-        On the face; normals point out of the solid.
-    curvatures : (k, 2) array
-        Principal curvatures (1/mm), of the larger and of the smaller size; positive where the
-        face bends away from its outward normal.
-    directions : (k, 2, 3) array
-        Principal directions that belong to them.
-    """
-
-    kind: str
-    area: float
-    points: Array
-    normals: Array
-    curvatures: Array
-    directions: Array
-
-
-@dataclass(frozen=True)
-class EdgeSamples:
-    """One edge in numbers: its kind (line, circle, bspline, ...), length (mm), points (k, 3)."""
-
-    kind: str
-    length: float
-    points: Array
-    faces: tuple[int, ...]
-    """Indices of the faces that it bounds, in the part's order of faces."""
 
 
 @dataclass(frozen=True)
@@ -133,16 +87,16 @@ class ReadPart:
 
     def faces(self, count: int = 5) -> list[FaceSamples]:
         """Every face, sampled on a count x count grid of its parameters (points inside only)."""
-        return [_face(face, count) for face in kernel.faces(self.shape)]
+        return [face_samples(face, count) for face in kernel.faces(self.shape)]
 
     def largest_faces(self, number: int = 2, count: int = 5) -> list[FaceSamples]:
         """The faces of largest area: the two skins of a plate."""
         faces = sorted(kernel.faces(self.shape), key=measure.surface_area, reverse=True)
-        return [_face(face, count) for face in faces[:number]]
+        return [face_samples(face, count) for face in faces[:number]]
 
     def edges(self, count: int = 9) -> list[EdgeSamples]:
         """Every edge once, sampled at `count` even parameters."""
-        return list(_edges(self.shape, count))
+        return list(edge_samples(self.shape, count))
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Lowest and highest corner."""
@@ -256,70 +210,3 @@ def _name(label: TDF_Label) -> str:
     if not label.FindAttribute(TDataStd_Name.GetID_s(), name):
         return ""
     return name.Get().ToExtString()
-
-
-def _face(face: TopoDS_Face, count: int) -> FaceSamples:
-    adaptor = BRepAdaptor_Surface(face)
-    sign = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
-    inside = BRepTopAdaptor_FClass2d(face, 1e-7)
-    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
-    points, normals, curvatures, directions = [], [], [], []
-    for u in np.linspace(u0, u1, count):
-        for v in np.linspace(v0, v1, count):
-            if inside.Perform(gp_Pnt2d(u, v)) == TopAbs_State.TopAbs_OUT:
-                continue
-            local = BRepLProp_SLProps(adaptor, float(u), float(v), 2, 1e-9)
-            if not local.IsNormalDefined():
-                continue
-            points.append(_xyz(local.Value()))
-            normals.append(sign * _xyz(local.Normal()))
-            values, axes = _principal(local)
-            curvatures.append(-sign * values)
-            directions.append(axes)
-    return FaceSamples(
-        measure.surface_kind(adaptor),
-        measure.surface_area(face),
-        np.reshape(points, (-1, 3)),
-        np.reshape(normals, (-1, 3)),
-        np.reshape(curvatures, (-1, 2)),
-        np.reshape(directions, (-1, 2, 3)),
-    )
-
-
-def _principal(local: BRepLProp_SLProps) -> tuple[Array, Array]:
-    """Principal curvatures and directions, the larger by size first; zeros on planes."""
-    if not local.IsCurvatureDefined():
-        return np.zeros(2), np.zeros((2, 3))
-    high, low = gp_Dir(), gp_Dir()
-    values = np.array([local.MaxCurvature(), local.MinCurvature()])
-    local.CurvatureDirections(high, low)
-    axes = np.array([_xyz(high), _xyz(low)])
-    order = np.argsort(-np.abs(values))
-    return values[order], axes[order]
-
-
-def _xyz(value: gp_Pnt | gp_Dir) -> Array:
-    return np.array([value.X(), value.Y(), value.Z()])
-
-
-def _edges(shape: TopoDS_Shape, count: int) -> Iterator[EdgeSamples]:
-    users: list[tuple[TopoDS_Edge, list[int]]] = []
-    index: dict[int, list[int]] = {}
-    for number, face in enumerate(kernel.faces(shape)):
-        for edge in kernel.edges(face):
-            bucket = index.setdefault(hash(edge), [])
-            key = next((k for k in bucket if users[k][0].IsSame(edge)), -1)
-            if key < 0:
-                bucket.append(len(users))
-                users.append((edge, [number]))
-            elif number not in users[key][1]:
-                users[key][1].append(number)
-    for edge, faces in users:
-        if BRep_Tool.Degenerated_s(edge):
-            continue
-        curve = BRepAdaptor_Curve(edge)
-        first, last = curve.FirstParameter(), curve.LastParameter()
-        points = np.array([_xyz(curve.Value(t)) for t in np.linspace(first, last, count).tolist()])
-        kind = curve.GetType().name.removeprefix("GeomAbs_").removesuffix("Curve").lower()
-        length = float(GCPnts_AbscissaPoint.Length_s(curve, 1e-7))
-        yield EdgeSamples(kind, length, points, tuple(faces))

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, cross, unit
-from fabgeo.structures.connectors import Fixing
+from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Beam, Connector, Plate
 from fabgeo.structures.pierce import pierce
 from fabgeo.structures.prisms import ruled_normals

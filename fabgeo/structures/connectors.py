@@ -4,131 +4,24 @@ A fixing stands on the outer face of a beam's outer flange, square to the panel.
 out once, in its own frame, and pierce panel and flange along the same axes: the holes of both
 plates are the same holes.
 
-Glossary
---------
-frame
-    Origin where the fixing's axis meets the flange's outer face; z along the panel's normal from
-    the flange to the panel, x along the panel's edge.
-stand-off
-    Clear distance from the flange's outer face to the panel's near face along the axis.
+Their parameters and frames are told in `fabgeo.structures.fixing`.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fabgeo.arrays import Array, cross, dot, unit
-from fabgeo.errors import InputError
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import with_holes
+from fabgeo.structures.fixing import Fixing, Fixings, LocalHole
 from fabgeo.structures.parts import Beam, Connector, Hole, Plate
 from fabgeo.structures.pierce import pierce
 from fabgeo.structures.prisms import ruled_normals
-
-
-@dataclass(frozen=True)
-class LocalHole:
-    """A hole in the fixing's frame; `angle` (radians, from x) is a slot's direction."""
-
-    x: float = 0.0
-    y: float = 0.0
-    diameter: float = 14.0
-    slot: float = 0.0
-    angle: float = 0.0
-
-
-@dataclass(frozen=True)
-class Fixing:
-    """Parameters of a point fixing; its product geometry is drawn by the CAD room. All mm.
-
-    Attributes
-    ----------
-    name : str
-        Beginning of the product key.
-    spacing, end_distance : float
-        Largest distance of fixings along a panel's edge, and from its ends.
-    edge_distance : float
-        Distance of the axis from the panel's edge, square to it.
-    stand_off, reach : float
-        Nominal stand-off, and how far the real one may leave it.
-    step : float
-        Real stand-offs are rounded down to this step: equal ones are one product.
-    rod, base_bolt : float
-        Nominal sizes (12: M12) of the rod through the panel and of the two bolts in the flange.
-    base_length, base_width, base_thickness, base_pitch : float
-        Base plate on the flange, length along x; distance of its bolts along x.
-    disc_diameter, disc_thickness : float
-        Clamping disc on the panel's outer face.
-    panel_holes, flange_holes : tuple of LocalHole
-    maker : callable, optional
-        The user's own bracket: the CAD room calls it with the fixing (its stand-off set) and
-        takes the build123d part that it returns.
-    """
-
-    name: str = "FX"
-    spacing: float = 600.0
-    end_distance: float = 120.0
-    edge_distance: float = 60.0
-    stand_off: float = 25.0
-    reach: float = 15.0
-    step: float = 1.0
-    rod: float = 12.0
-    base_bolt: float = 10.0
-    base_length: float = 120.0
-    base_width: float = 60.0
-    base_thickness: float = 8.0
-    base_pitch: float = 80.0
-    disc_diameter: float = 60.0
-    disc_thickness: float = 6.0
-    panel_holes: tuple[LocalHole, ...] = (LocalHole(diameter=13.5),)
-    flange_holes: tuple[LocalHole, ...] = (
-        LocalHole(x=-40.0, diameter=11.0, slot=10.0, angle=np.pi / 2.0),
-        LocalHole(x=40.0, diameter=11.0, slot=10.0, angle=np.pi / 2.0),
-    )
-    maker: Callable[..., object] | None = None
-
-    def __post_init__(self) -> None:
-        if min(self.spacing, self.end_distance, self.stand_off, self.step) <= 0.0:
-            raise InputError(f"fixing {self.name}", "expected positive distances")
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Least and largest stand-off: the base plate and a nut on it must find room."""
-        least = self.base_thickness + 0.9 * self.rod
-        return max(self.stand_off - self.reach, least), self.stand_off + self.reach
-
-    @property
-    def product(self) -> str:
-        """Key of the product: name and stand-off."""
-        return f"{self.name}-{self.stand_off:g}"
-
-
-@dataclass(frozen=True)
-class Fixings:
-    """Placed fixings and the plates that they pierce.
-
-    Attributes
-    ----------
-    connectors : list of Connector
-    products : mapping
-        Product key -> fixing with its real stand-off.
-    panels : list of Plate
-        The given panels, now with holes.
-    beams : list of Beam
-        The given beams, now with holes in their outer flanges.
-    refused : mapping
-        ``panel mark, edge`` -> why no fixing could be placed there.
-    """
-
-    connectors: list[Connector]
-    products: Mapping[str, Fixing]
-    panels: list[Plate]
-    beams: list[Beam]
-    refused: Mapping[str, str] = field(default_factory=dict)
 
 
 def connect(panels: Sequence[Plate], beams: Sequence[Beam], fixing: Fixing) -> Fixings:

@@ -18,7 +18,7 @@ from fabgeo.strips.axes import Axes, axes
 from fabgeo.strips.frames import Frames, frames
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
-from fabgeo.structures.beams import BeamLine, Section
+from fabgeo.structures.beamline import BeamLine, Section
 from fabgeo.structures.parts import Plate
 
 

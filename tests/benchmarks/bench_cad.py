@@ -28,7 +28,7 @@ from fabgeo.cad.plates import plate_solid
 from fabgeo.cad.solids import prism_solid
 from fabgeo.cad.step import write_step
 from fabgeo.strips.ruled import RuledPatch
-from fabgeo.structures.connectors import Fixing
+from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Connector, Plate
 
 STRIPS, CELLS = 40, 25

@@ -14,7 +14,7 @@ from fabgeo.cad.solids import prism_solid
 from fabgeo.cad.step import write_step
 from fabgeo.cad.steptext import read_step_text
 from fabgeo.errors import InputError
-from fabgeo.structures.connectors import Fixing, LocalHole
+from fabgeo.structures.fixing import Fixing, LocalHole
 from fabgeo.structures.parts import Connector
 
 NAME = "Dach über Hof, 屋根 𝛼 it's \\ here"

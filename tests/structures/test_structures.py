@@ -18,7 +18,8 @@ from fabgeo.structures.beams import BeamRule, Section, beams, plate_radii
 from fabgeo.structures.boxes import oriented_box
 from fabgeo.structures.cells import cells
 from fabgeo.structures.clashes import clashes, clear_distance
-from fabgeo.structures.connectors import Fixing, connect
+from fabgeo.structures.connectors import connect
+from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.masses import DENSITIES, plate_mass, together
 from fabgeo.structures.mixed import admits, attach, crossed, mesh_beams, strips_on_mesh
 from fabgeo.structures.panels import Joint, Layer, panels
