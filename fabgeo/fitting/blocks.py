@@ -55,8 +55,11 @@ class Problem(Protocol):
         """The `nodes` arrays of all blocks, which fix the pattern of the normal equations."""
         ...
 
-    def cost(self, x: Array) -> float:
-        """Half the sum of squared residuals at `x` (node_count, dim)."""
+    def costs(self, x: Array) -> Array:
+        """Half the sums of squared residuals at `x` (node_count, dim), by groups of residuals.
+
+        Their sum is made small; each group has to settle before a minimisation has converged.
+        """
         ...
 
     def blocks(self, x: Array) -> Sequence[Block]:

@@ -39,10 +39,21 @@ def orientation(state: State, sites: Sites) -> Array:
     return np.minimum(sign * first, sign * second)
 
 
-def find_fold(state: State, sites: Sites) -> Fold | None:
-    """The worst fold of a model, or None."""
-    cosines = orientation(state, sites)
-    if np.all(cosines > 0.0):
-        return None
-    strip, element, q = np.unravel_index(int(np.argmin(cosines)), cosines.shape)
-    return Fold(int(strip), float(sites.u[element, q]), int(np.sum(cosines <= 0.0)))
+def regular(state: State, sites: Sites) -> Array:
+    """Cosines between the normals at both ends of a ruling: (strips, elements, q).
+
+    Negative where edges run against each other: a fold, whatever the surface.
+    """
+    d0, d1 = state.around(sites, 2, 1)
+    p0, p1 = state.around(sites, 2)
+    e = unit(p1 - p0)
+    return dot(unit(cross(unit(d0), e)), unit(cross(unit(d1), e)))
+
+
+def find_fold(state: State, sites: Sites, dense: Sites) -> Fold | None:
+    """The worst fold of a model, or None: by the surface at `sites`, by itself at `dense` ones."""
+    for where, cosines in ((sites, orientation(state, sites)), (dense, regular(state, dense))):
+        if np.any(cosines <= 0.0):
+            strip, element, q = np.unravel_index(int(np.argmin(cosines)), cosines.shape)
+            return Fold(int(strip), float(where.u[element, q]), int(np.sum(cosines <= 0.0)))
+    return None

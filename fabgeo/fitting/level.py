@@ -35,7 +35,7 @@ class Level:
     ) -> None:
         self.net, self.reference, self.kind = net, reference, kind
         self.options, self.held = options, held
-        self.fine, self.coarse = Sites.gauss(net, 3), Sites.gauss(net, 2)
+        self.fine, self.coarse = Sites.chebyshev(net, 3), Sites.gauss(net, 2)
         self.dense = dense_sites(net)
         self.ends = [] if net.closed_u else [Sites.at_end(net, False), Sites.at_end(net, True)]
         self.fairness = 1.0  # multiplies the weights of what only makes a model even
@@ -47,12 +47,22 @@ class Level:
         """The evaluated model."""
         return State(self.net, control, self.reference)
 
+    def refined(self, net: Net) -> Level:
+        """The level of twice as many segments, with the same importance of every place."""
+        finer = Level(net, self.reference, self.kind, self.options, self.held)
+        finer.fairness = self.fairness
+        for name, share in self.importance.items():  # of two sites in each span: one in each half
+            halves = share.reshape(len(share), -1, 1)
+            finer.importance[name] = np.broadcast_to(halves, (*halves.shape[:2], 2))
+        return finer
+
     def problem(
         self, control: Array, start: Array, developability: float, anchor: float
     ) -> StripProblem:
         """The functional with its weights; normals for fairness are taken at `control`."""
         objectives = self._objectives(control, start, developability, anchor)
-        return StripProblem(self.net, self.reference, objectives, self.coarse, self.trackers)
+        fold_sites = self.coarse, self.dense
+        return StripProblem(self.net, self.reference, objectives, fold_sites, self.trackers)
 
     def stress(self, control: Array, power: float = 2.0, floor: float = 0.1) -> None:
         """Give far places more importance in proximity, so that the largest deviation shrinks.

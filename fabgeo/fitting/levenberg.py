@@ -19,6 +19,8 @@ from fabgeo.fitting.normal import NormalEquations
 type Outcome = Literal["converged", "stalled", "iterations", "interrupted"]
 
 LARGEST_DAMPING = 1e12  # relative to the mean of the diagonal: steps are then beyond rounding
+OF_A_GROUP = 10.0  # times the gain asked: what a group of residuals may still change by
+SIGNIFICANT = 0.01  # of the cost: groups count as if they had at least this
 
 
 @dataclass(frozen=True)
@@ -80,13 +82,15 @@ def minimise(
     iterations : int
         Largest number of accepted steps.
     gain : float
-        Converged when two steps in a row lower the cost by less than this part of it.
+        Converged when two steps in a row lower the cost by less than this part of it, and change
+        each group of it by less than ten times that part of the group.
     damping : float
         First damping, relative to the mean diagonal of J^T J.
     listener : callable, optional
         Called after every accepted step; returning False stops with the best found so far.
     """
-    cost, steps, factorisations = problem.cost(x), [], 0
+    costs, steps, factorisations = problem.costs(x), [], 0
+    cost = float(costs.sum())
     growth, small = 2.0, 0
     outcome: Outcome = "iterations"
     while len(steps) < iterations:
@@ -100,22 +104,25 @@ def minimise(
                 trial = x + step
                 # The linear model's cost falls by half of -g.s + mu |s|^2 for the damped step.
                 predicted = 0.5 * float(np.sum(step * (damping * scale * step - gradient)))
-                found = problem.cost(trial)
+                trial_costs = problem.costs(trial)
+                found = float(trial_costs.sum())
                 if found < cost and problem.admissible(trial):
                     break
             damping, growth = damping * growth, growth * 2.0
             if damping > LARGEST_DAMPING or predicted < 1e-14 * cost:
                 return Solution(x, cost, "stalled", tuple(steps), damping, factorisations)
         relative = (cost - found) / cost
+        change = np.abs(trial_costs - costs) / np.maximum(trial_costs, SIGNIFICANT * cost)
         steps.append(Step(len(steps) + 1, found, relative, damping, float(np.abs(step).max())))
         ratio = (cost - found) / predicted if predicted > 0.0 else 1.0
         damping = max(damping * max(1.0 / 5.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-13)
         growth = 2.0
-        x, cost = trial, found
+        x, cost, costs = trial, found, trial_costs
         if listener is not None and listener(steps[-1]) is False:
             outcome = "interrupted"
             break
-        small = small + 1 if relative < gain else 0
+        settled = relative < gain and bool(change.max() < OF_A_GROUP * gain)
+        small = small + 1 if settled else 0
         if small == 2:
             outcome = "converged"
             break

@@ -1,34 +1,54 @@
-"""Which property of a surface forbids that strips follow its boundary, and where.
+"""Which property of a surface keeps developable strips from following it, and where.
 
-On a developable strip, ruling and edge have conjugate directions. Where the boundary runs along
-an asymptotic direction it is its own conjugate: rulings that follow it would need edges that
-follow it too, so a model held there can only stand off the surface or twist.
+On a developable strip, ruling and edge have conjugate directions: t . S e = 0. What keeps models
+off:
+
+- where a held boundary runs along an asymptotic direction: it is its own conjugate, and rulings
+  along it would need edges that follow it too;
+- where edges do so inside: rulings would have to fall into the edges;
+- where the surface is nearly single-curved (its Gaussian curvature changes its sign there, or it
+  ends a developable): rulings must take its one straight direction, whatever the edges do;
+- at umbilics, about which directions turn;
+- where the surface turns too much across one strip, as over a crease.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import cross, dot
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.fitting.held import Held
+from fabgeo.fitting.objectives.base import State
+from fabgeo.fitting.quality import Quality
 from fabgeo.fitting.reference import Reference, Side
 from fabgeo.fitting.samples import Net, Sites
 
-LEAST_ANGLE = np.radians(15.0)  # between the boundary and its conjugate direction
+LEAST_ANGLE = np.radians(15.0)  # between a direction and its conjugate
 LEAST_TWIST = np.radians(0.2)  # of the surface along one ruling: less does not matter
+SINGLE_CURVED = 0.1  # smaller over larger principal curvature, up to which it is called so
+UMBILIC = 0.15  # difference of the principal curvatures over their sum
+TURN = np.radians(25.0)  # of the surface's normal along one ruling
 
 
-def obstacle(net: Net, control: np.ndarray, reference: Reference, held: Held) -> str:
-    """Where a held border runs along an asymptotic direction, in words; "" if nowhere.
+def obstacle(state: State, held: Held, figures: Quality) -> str:
+    """What keeps a model off its surface, in words, each with strip or edge and u.
 
     Parameters
     ----------
-    net : Net
-    control : (edges, columns, 3) array
-        In the fit's unit.
-    reference : Reference
+    state : State
+        The model as the fit left it.
     held : Held
+    figures : Quality
+        Whose worst twist is looked into.
     """
+    words = _borders(state.net, state.control, state.reference, held)
+    if figures.twist_deg > 0.0:
+        words.append(_inside(state, figures))
+    return "; ".join(words)
+
+
+def _borders(net: Net, control: Array, reference: Reference, held: Held) -> list[str]:
+    """Where a held border runs along an asymptotic direction."""
     words = []
     for end, side in held.ends.items():
         angle, at = _worst(Sites.at_end(net, bool(end)).evaluate(control), reference, side)
@@ -42,10 +62,69 @@ def obstacle(net: Net, control: np.ndarray, reference: Reference, held: Held) ->
             angle, at = _worst(points[edge], reference, side)
             if angle < LEAST_ANGLE:
                 words.append(_sentence(f"edge {edge}", f"u = {sites.u.ravel()[at]:.1f}", angle))
-    return "; ".join(words)
+    return words
 
 
-def _worst(points: np.ndarray, reference: Reference, side: Side) -> tuple[float, int]:
+def _inside(state: State, figures: Quality) -> str:
+    """What the surface is like where the model twists most."""
+    net, reference = state.net, state.reference
+    strip, u = figures.twist_strip, figures.twist_u
+    sites = Sites(net, np.array([[min(u, net.segments - 1e-9)]]), np.ones((1, 1)))
+    first, second = net.windows(2)[strip]
+    points, slopes = sites.evaluate(state.control)[:, 0, 0], sites.evaluate(state.control, 1)
+    ruling = points[second] - points[first]
+    middle = ((points[first] + points[second]) / 2.0)[None]
+    found = reference.surface.closest(middle * reference.length)
+    normal, shape = found.normal[0], found.shape[0] * reference.length
+    ends = reference.surface.closest(points[[first, second]] * reference.length).normal
+    edge = _tangent(slopes[first, 0, 0] + slopes[second, 0, 0], normal)
+    along = _tangent(ruling, normal)
+    conjugate = unit(np.cross(normal, shape @ edge)[None])[0]
+    (kappa,), (axes,) = (part for part in found.principal())
+    x, y, z = found.point[0]
+    place = f"strip {strip}, u = {u:.2f}, near ({x:.4g}, {y:.4g}, {z:.4g}): "
+    large, small = np.abs(kappa)
+    turn = float(np.arccos(np.clip(dot(ends[:1], ends[1:])[0], -1.0, 1.0)))
+    if turn > TURN:
+        return place + (
+            f"the surface turns by {np.degrees(turn):.0f} degrees across this one strip (a "
+            "crease or a small radius): take more strips, or divide the surface there"
+        )
+    if small < SINGLE_CURVED * large:
+        return place + (
+            "the surface is nearly single-curved there (its Gaussian curvature vanishes or changes "
+            "its sign): rulings must take its straight direction, which is "
+            f"{_degrees(along, axes[1]):.0f} degrees away from this strip's; let strips follow the "
+            "principal directions, or divide the surface along that line"
+        )
+    if abs(kappa[0] - kappa[1]) < UMBILIC * (large + small):
+        return place + (
+            "the surface is nearly umbilic there: principal directions are not defined and turn "
+            "about it"
+        )
+    if kappa[0] * kappa[1] < 0.0 and _degrees(edge, conjugate) < np.degrees(LEAST_ANGLE):
+        return place + (
+            "edges run along an asymptotic direction of the surface (its own conjugate is "
+            f"{_degrees(edge, conjugate):.0f} degrees away): no rulings lead across them; turn the "
+            "edges by 45 degrees (start 'principal')"
+        )
+    return place + (
+        f"the direction conjugate to the edges is {_degrees(along, conjugate):.0f} degrees away "
+        "from the rulings, which neighbouring strips or the boundary hold there; free the border, "
+        "or let strips follow the principal directions (start 'principal')"
+    )
+
+
+def _tangent(vector: Array, normal: Array) -> Array:
+    return unit((vector - (vector @ normal) * normal)[None])[0]
+
+
+def _degrees(a: Array, b: Array) -> float:
+    """Angle of two undirected unit vectors."""
+    return float(np.degrees(np.arccos(np.clip(abs(a @ b), 0.0, 1.0))))
+
+
+def _worst(points: Array, reference: Reference, side: Side) -> tuple[float, int]:
     """Smallest angle between the boundary and its conjugate direction, and at which point."""
     flat = points.reshape(-1, 3)
     _, tangent = side.closest(flat)

@@ -8,7 +8,7 @@ import numpy as np
 
 from fabgeo.arrays import Array, IntArray
 from fabgeo.fitting.blocks import Block
-from fabgeo.fitting.folds import orientation
+from fabgeo.fitting.folds import find_fold
 from fabgeo.fitting.objectives.base import Objective, State
 from fabgeo.fitting.reference import Reference, Tracker
 from fabgeo.fitting.samples import Net, Sites
@@ -23,8 +23,8 @@ class StripProblem:
     reference : Reference
     objectives : sequence of Objective
         Those of weight zero are left out of the sum.
-    fold_sites : Sites or None
-        Where a step is tested for folds; None tests nothing.
+    fold_sites : (Sites, Sites) or None
+        Where a step is tested for folds, see `find_fold`; None tests nothing.
     trackers : dict, optional
         Closest points remembered by sites; shared by the stages of a level.
     """
@@ -36,7 +36,7 @@ class StripProblem:
         net: Net,
         reference: Reference,
         objectives: Sequence[Objective],
-        fold_sites: Sites | None = None,
+        fold_sites: tuple[Sites, Sites] | None = None,
         trackers: dict[int, Tracker] | None = None,
     ) -> None:
         self.net, self.reference = net, reference
@@ -62,10 +62,13 @@ class StripProblem:
             self._state = (x, State(self.net, control, self.reference, self._trackers))
         return self._state[1]
 
-    def cost(self, x: Array) -> float:
-        """Half of the weighted sum of squares."""
-        state = self.state(x)
-        return float(sum(o.cost(state) for o in self.objectives if o.weight > 0.0))
+    def costs(self, x: Array) -> Array:
+        """Half of the weighted sums of squares: of the constraints, and of all other terms."""
+        state, costs = self.state(x), np.zeros(2)
+        for objective in self.objectives:
+            if objective.weight > 0.0:
+                costs[0 if objective.constraint else 1] += objective.cost(state)
+        return costs
 
     def blocks(self, x: Array) -> list[Block]:
         """Residuals and Jacobians of all terms."""
@@ -74,6 +77,4 @@ class StripProblem:
 
     def admissible(self, x: Array) -> bool:
         """Whether no strip folds over."""
-        if self.fold_sites is None:
-            return True
-        return bool(np.all(orientation(self.state(x), self.fold_sites) > 0.0))
+        return self.fold_sites is None or find_fold(self.state(x), *self.fold_sites) is None

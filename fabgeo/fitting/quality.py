@@ -14,6 +14,7 @@ from fabgeo.fitting.objectives.geodesic import Geodesic
 from fabgeo.fitting.samples import Net, Sites
 from fabgeo.strips.model import Kind
 
+OVERHANG = 0.1  # in the fit's unit: what lies farther beyond the boundary is cut off later
 KIND_TERM = {"conical": Conical, "circular": Circular, "geodesic": Geodesic}
 
 
@@ -58,10 +59,13 @@ def quality(state: State, sites: Sites, kind: Kind) -> Quality:
     edge, middle = state.feet(sites)
     at_edges = dot(state.at(sites) - edge.point, edge.normal)
     at_middles = dot((p0 + p1) / 2.0 - middle.point, middle.normal)
-    distances = np.concatenate([at_edges.ravel(), at_middles.ravel()])
+    # What overhangs is cut off: it counts neither in deviations nor in sags.
+    off = np.concatenate([edge.beyond.ravel(), middle.beyond.ravel()]) > OVERHANG
+    distances = np.where(off, 0.0, np.concatenate([at_edges.ravel(), at_middles.ravel()]))
     # A chord's sag: how much farther its middle lies than its ends, kappa L^2 / 8.
     first, second = state.net.windows(2).T
     sag = np.abs((at_edges[first] + at_edges[second]) / 2.0 - at_middles)
+    sag = np.where(middle.beyond > OVERHANG, 0.0, sag)
     term = KIND_TERM.get(kind)
     defect = term(sites).evaluate(state, False)[0] if term and len(term(sites).window) else 0.0
     return Quality(
@@ -69,7 +73,7 @@ def quality(state: State, sites: Sites, kind: Kind) -> Quality:
         twist_strip=int(worst[0]),
         twist_u=float(sites.u[worst[1], worst[2]]),
         deviation=float(np.abs(distances).max()),
-        deviation_rms=float(np.sqrt(np.mean(distances**2))),
+        deviation_rms=float(np.sqrt(np.sum(distances**2) / max(int(np.sum(~off)), 1))),
         sag_limit=float(sag.max()) / 2.0,
         kind_deg=float(np.degrees(np.abs(defect).max())),
     )

@@ -18,19 +18,28 @@ from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, IntArray, dot, unit
 from fabgeo.surfaces.base import DesignSurface
+from fabgeo.surfaces.trace_extension import ExtendedPoints
 
 CORNER = np.cos(np.radians(30.0))  # a boundary that turns more than this has a corner
 
 
-NEAR = 0.02  # in the fit's unit: how far a closest point is carried on by its curvature
+NEAR = 0.05  # in the fit's unit: how far a closest point is carried on by its curvature
 
 
 @dataclass(frozen=True)
 class Foot:
-    """Closest points `point`, unit normals `normal`, both (..., 3), in the fit's unit."""
+    """Closest points in the fit's unit.
+
+    Attributes
+    ----------
+    point, normal : (..., 3) arrays
+    beyond : (...) array
+        How far beyond the boundary of a continued surface the points lie; 0 on the surface.
+    """
 
     point: Array
     normal: Array
+    beyond: Array
 
 
 class Reference:
@@ -53,20 +62,20 @@ class Tracker:
 
     Within `NEAR` of the foot found last, the surface is its osculating paraboloid there: with S
     the shape tensor and s the tangential way, the foot moves to y + s + n (s . S s) / 2 and the
-    normal to n - S s. What is neglected is of third order, below 1e-8 of a ruling's length.
+    normal to n - S s. What is neglected is of third order, about 1e-7 of a ruling's length.
     """
 
     def __init__(self, surface: DesignSurface, length: float) -> None:
         self._surface, self._length = surface, length
         self._point = self._normal = np.empty((0, 3))
-        self._shape = np.empty((0, 3, 3))
+        self._shape, self._beyond = np.empty((0, 3, 3)), np.empty(0)
 
     def feet(self, points: Array) -> Foot:
         """Closest points of (..., 3) points, always the same number in the same order."""
         x = points.reshape(-1, 3)
         if len(x) != len(self._point):
             self._point, self._normal = np.empty_like(x), np.empty_like(x)
-            self._shape = np.empty((len(x), 3, 3))
+            self._shape, self._beyond = np.empty((len(x), 3, 3)), np.zeros(len(x))
             self._find(x, np.arange(len(x)))
         way = self._tangential(x)
         moved = np.flatnonzero(dot(way, way) > NEAR**2)
@@ -77,7 +86,8 @@ class Tracker:
         rise = 0.5 * dot(way, bend)[:, None]
         normal = unit(self._normal - bend)
         foot = self._point + way + rise * self._normal
-        return Foot(foot.reshape(points.shape), normal.reshape(points.shape))
+        beyond = self._beyond.reshape(points.shape[:-1])
+        return Foot(foot.reshape(points.shape), normal.reshape(points.shape), beyond)
 
     def _tangential(self, x: Array) -> Array:
         away = x - self._point
@@ -87,6 +97,8 @@ class Tracker:
         found = self._surface.closest(x[which] * self._length)
         self._point[which], self._normal[which] = found.point / self._length, found.normal
         self._shape[which] = found.shape * self._length
+        if isinstance(found, ExtendedPoints):
+            self._beyond[which] = found.beyond / self._length
         # Beside the surface its tangent plane goes on: no curvature to follow.
         self._shape[which[found.on_boundary]] = 0.0
 

@@ -76,6 +76,16 @@ class Sites:
         return cls(net, u, np.broadcast_to(weight, u.shape))
 
     @classmethod
+    def chebyshev(cls, net: Net, count: int) -> Sites:
+        """`count` Chebyshev points in every knot span.
+
+        What vanishes there is smallest in the largest norm: constraints are met at these.
+        """
+        t = -np.cos((np.arange(count) + 0.5) * np.pi / count)
+        u = np.arange(net.segments)[:, None] + (t + 1.0) / 2.0
+        return cls(net, u, np.ones_like(u))
+
+    @classmethod
     def at_end(cls, net: Net, last: bool) -> Sites:
         """The end u = 0 or u = m of an open net."""
         u = np.array([[float(net.segments) if last else 0.0]])

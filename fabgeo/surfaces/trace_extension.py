@@ -6,10 +6,25 @@ y + d + (d . S d) / 2 n with d tangent, up to a reach; straight from there.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
+
+
+@dataclass(frozen=True)
+class ExtendedPoints(SurfacePoints):
+    """Closest points on a continued surface.
+
+    Attributes
+    ----------
+    beyond : (k,) array
+        How far beyond the boundary the queries lie, along the surface; 0 on the surface itself.
+    """
+
+    beyond: Array
 
 
 class Extended:
@@ -45,16 +60,18 @@ class Extended:
         """Points on the surface itself."""
         return self.inner.sample(count)
 
-    def closest(self, points: Array) -> SurfacePoints:
+    def closest(self, points: Array) -> ExtendedPoints:
         """Closest points on the surface, or beside it on the continuation."""
         at = self.inner.closest(points)
+        beyond = np.zeros(len(points))
         out = np.flatnonzero(at.on_boundary)
         if not len(out):
-            return at
+            return ExtendedPoints(at.point, at.normal, at.shape, at.on_boundary, beyond)
         y, n, shape = at.point[out], at.normal[out], at.shape[out]
         d = points[out] - y
         d = d - dot(d, n)[:, None] * n
         length = np.linalg.norm(d, axis=1)
+        beyond[out] = length
         share = np.minimum(1.0, self.reach / np.maximum(length, 1e-300))
         bend = np.einsum("kij,kj->ki", shape, d)
         height = (share - share**2 / 2.0) * dot(d, bend)
@@ -64,11 +81,9 @@ class Extended:
         point[out] = y + d + height[:, None] * n
         normals[out] = normal
         shapes[out] = flat @ shape @ flat
-        return SurfacePoints(point, normals, shapes, np.zeros(len(points), dtype=bool))
+        inside = np.zeros(len(points), dtype=bool)
+        return ExtendedPoints(point, normals, shapes, inside, beyond)
 
     def beyond(self, points: Array) -> Array:
         """Distance (k,) from the surface's boundary, zero for points not beside the surface."""
-        at = self.inner.closest(points)
-        d = points - at.point
-        d = d - dot(d, at.normal)[:, None] * at.normal
-        return np.where(at.on_boundary, np.linalg.norm(d, axis=1), 0.0)
+        return self.closest(points).beyond

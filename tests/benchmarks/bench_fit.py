@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "fitting"))
 from fit_helpers import iso_start, quadric
 
 from fabgeo.fitting import FitOptions, fit
-from fabgeo.fitting.fit import _Fit
 from fabgeo.fitting.levenberg import minimise
+from fabgeo.fitting.run import Run
 
 SIZES = [(16, 24), (40, 80), (100, 200)]
 
@@ -51,7 +51,7 @@ def times(sizes: list[tuple[int, int]]) -> None:
 def against_scipy(strips: int = 16, segments: int = 24) -> None:
     """The same residuals and Jacobian, one stage at a developability weight of 10."""
     surface = quadric(-0.5e-4, -1.5e-4)
-    run = _Fit(surface, iso_start(surface, strips, segments), "general", FitOptions(), None)
+    run = Run(surface, iso_start(surface, strips, segments), "general", FitOptions(), None)
     problem = run.level.problem(run.control, run.control, 10.0, 0.0)
     x0 = run.control.reshape(-1, 3)
     begin = time.process_time()

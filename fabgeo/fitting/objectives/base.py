@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray
@@ -58,8 +60,8 @@ class State:
             both = tracker.feet(np.concatenate([edge, (a + b) / 2.0]))
             n = len(edge)
             self._feet[key] = (
-                Foot(both.point[:n], both.normal[:n]),
-                Foot(both.point[n:], both.normal[n:]),
+                Foot(both.point[:n], both.normal[:n], both.beyond[:n]),
+                Foot(both.point[n:], both.normal[n:], both.beyond[n:]),
             )
         return self._feet[key]
 
@@ -67,7 +69,7 @@ class State:
 type Gradients = dict[int, Array]
 
 
-class Objective:
+class Objective(ABC):
     """One term: weight times the mean of squared residuals over all its sites and stencils.
 
     Attributes
@@ -80,10 +82,13 @@ class Objective:
     weight : float
     importance : array or float
         Factors on the squared residuals, broadcast to (n, elements, q); mean about 1.
+    constraint : bool
+        Whether it has the nature of a constraint, whose weight grows.
     """
 
     name = ""
     width = 1
+    constraint = False
 
     def __init__(self, sites: Sites) -> None:
         self.sites = sites
@@ -91,12 +96,13 @@ class Objective:
         self.window = sites.net.windows(self.width)
         self.importance: Array | float = 1.0
 
+    @abstractmethod
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:
         """Residuals (n, elements, q, r); with `slopes` the gradients (n, elements, q, r, width, 3).
 
         Gradients are by points (0), first (1) and second derivatives (2) of the stencil's edges.
         """
-        raise NotImplementedError
+        ...
 
     def nodes(self) -> IntArray:
         """The nodes of every element, (n * elements, width * 4): one array, kept."""

@@ -13,6 +13,7 @@ class Circular(Objective):
     """(t_i + t_{i+1}) . e_i on every strip."""
 
     name = "circular"
+    constraint = True
     width = 2
 
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:

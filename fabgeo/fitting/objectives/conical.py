@@ -13,6 +13,7 @@ class Conical(Objective):
     """t . (e+ - e-) at every inner edge; e+ and e- point away from it."""
 
     name = "conical"
+    constraint = True
     width = 3
 
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:

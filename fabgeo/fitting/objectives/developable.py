@@ -17,6 +17,7 @@ class Developable(Objective):
     """
 
     name = "developable"
+    constraint = True
     width = 2
 
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:

@@ -17,6 +17,7 @@ class Geodesic(Objective):
     """
 
     name = "geodesic"
+    constraint = True
     width = 3
 
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:
