@@ -129,7 +129,10 @@ class Cells(Table):
 
 
 class Beams(Table):
-    """Curved beams along the edges, below the panels."""
+    """Curved beams along the edges, below the panels.
+
+    Between segments: end plates of a thickness, or a root gap and a V groove of `bevel` degrees.
+    """
 
     section: Literal["I", "T", "box"] = "I"
     depth: Positive = 200.0
@@ -141,6 +144,9 @@ class Beams(Table):
     edges: list[int] | None = None
     flanges: Literal["trajectory", "envelope"] = "trajectory"
     cuts: list[NonNegative] | None = None
+    end_plate: NonNegative = 0.0
+    weld_gap: NonNegative = 0.0
+    bevel: Annotated[float, Field(ge=0.0, le=120.0)] = 0.0
 
 
 class Connectors(Table):

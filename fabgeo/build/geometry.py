@@ -281,6 +281,9 @@ def _beams(project: Project, model: StripModel) -> list[Beam]:
     rule = BeamRule(
         at=None if asked.cuts is None else tuple(asked.cuts),
         box=project.limits.transport_mm,
+        gap=asked.weld_gap,
+        end_plate=asked.end_plate,
+        bevel=asked.bevel,
         construction=asked.flanges,
     )
     return beams(model, _section(asked), rule, asked.edges)

@@ -49,7 +49,7 @@ def _shape_of(part: Part) -> Any:
     """What a solid depends on; not what it is made of."""
     if isinstance(part, Cell):
         return part.mark, part.prism
-    return part.mark, part.mid, part.thickness, part.holes
+    return part.mark, part.mid, part.thickness, part.holes, part.bevel
 
 
 def _crashed(part: Part, reason: str) -> Built:

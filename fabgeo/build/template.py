@@ -57,6 +57,7 @@ angle = 1.0               # and how much kink it may add between neighbours
 # flange_width = 100.0
 # flange = 10.0
 # web = 8.0
+# end_plate = 12.0        # between segments; or welded: weld_gap = 3.0 and bevel = 60.0 (degrees)
 
 # [connectors]
 # spacing = 800.0

@@ -18,13 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from fabgeo.arrays import Array, cross, dot
-from fabgeo.errors import GeometryError
+from fabgeo.errors import GeometryError, InputError
 from fabgeo.strips.axes import Axes, axes
 from fabgeo.strips.interpolated import interpolated, knots_between
 from fabgeo.strips.model import StripModel
@@ -50,6 +51,9 @@ class BeamRule:
         Weld gap between segments, half on each side, mm.
     end_plate : float
         Thickness of end plates at inner cuts; 0 for none.
+    bevel : float
+        Groove angle (degrees) of the V weld between segments, ISO 9692-1: the skins of one side
+        open by it, those of the other stand `gap` apart; 0 for square ends.
     construction : str
         "trajectory" or "envelope".
     """
@@ -58,7 +62,18 @@ class BeamRule:
     box: tuple[float, float, float] = TRANSPORT_BOX
     gap: float = 0.0
     end_plate: float = 0.0
+    bevel: float = 0.0
     construction: Literal["trajectory", "envelope"] = "trajectory"
+
+    def __post_init__(self) -> None:
+        if min(self.gap, self.end_plate, self.bevel) < 0.0 or self.bevel > 120.0:
+            raise InputError("BeamRule", "expected gap, end_plate >= 0 and bevel from 0 to 120 deg")
+        if self.end_plate > 0.0 and self.bevel > 0.0:
+            raise InputError("BeamRule", "asks for end plates and for bevels", "choose one of them")
+
+    def run(self, thickness: float) -> float:
+        """Length (mm) along the plate that the bevel takes from its skin."""
+        return thickness * float(np.tan(np.radians(self.bevel / 2.0)))
 
 
 def beams(
@@ -131,28 +146,43 @@ def _segment(
         ends.append(face)
     if ends[1] <= ends[0]:
         raise GeometryError(mark, "its end plates and gaps leave nothing of it", "cut longer")
-    knots = knots_between(ends[0], ends[1], multiplicity=2)
-    body = _body(line, knots, tolerance, mark)
+    cut = (cuts[0], cuts[1])
+    body = _body(line, rule, (ends[0], ends[1]), cut, tolerance, mark)
     info = _info(line, ends[0], ends[1], body)
+    if rule.bevel > 0.0 and any(cut):
+        info["bevel_deg"], info["weld_gap"] = rule.bevel, rule.gap
     return Beam(mark, line.edge, ends[0], ends[1], (*body, *plates), info)
 
 
-def _body(line: BeamLine, knots: Array, tolerance: float, mark: str) -> list[Plate]:
-    """Web or webs and flanges of one segment: all curves on common knots."""
+def _body(
+    line: BeamLine,
+    rule: BeamRule,
+    ends: tuple[float, float],
+    cuts: tuple[bool, bool],
+    tolerance: float,
+    mark: str,
+) -> list[Plate]:
+    """Web or webs and flanges of one segment: curves of equal ends on common knots."""
+    out: dict[str, Plate] = {}
     strips = line.plates()
-    wanted = [place for strip in strips for place in (strip.first, strip.second)]
-    made = interpolated(lambda u: line.lines(u, wanted), knots, tolerance, mark)
-    return [
-        Plate(
-            f"{mark}-{strip.name}",
-            mark,
-            strip.role,
-            RuledPatch(made.knots, made.poles[2 * k : 2 * k + 2]),
-            strip.thickness,
-            line.section.material,
+    for thickness in dict.fromkeys(strip.thickness if rule.bevel else 0.0 for strip in strips):
+        chosen = [s for s in strips if not rule.bevel or s.thickness == thickness]
+        run = rule.run(thickness)
+        bevel = (run if cuts[0] else 0.0, run if cuts[1] else 0.0)
+        u0, u1 = (
+            u + sign * _step(line, u, r / 2.0)
+            for u, sign, r in zip(ends, (1.0, -1.0), bevel, strict=True)
         )
-        for k, strip in enumerate(strips)
-    ]
+        wanted = [place for strip in chosen for place in (strip.first, strip.second)]
+        knots = knots_between(u0, u1, multiplicity=2)
+        made = interpolated(partial(line.lines, wanted=wanted), knots, tolerance, mark)
+        for k, strip in enumerate(chosen):
+            mid = RuledPatch(made.knots, made.poles[2 * k : 2 * k + 2])
+            name = f"{mark}-{strip.name}"
+            out[strip.name] = Plate(
+                name, mark, strip.role, mid, strip.thickness, line.section.material, bevel=bevel
+            )
+    return [out[strip.name] for strip in strips]
 
 
 def _step(line: BeamLine, u: float, distance: float) -> float:

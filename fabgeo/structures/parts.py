@@ -101,6 +101,9 @@ class Plate:
     shared : mapping
         What each edge is shared with: keys "first" and "second" (edge curves a and b), "start"
         and "end" (end rulings); values are marks of the neighbour plate. A missing key: nothing.
+    bevel : (float, float)
+        Run (mm) of the weld preparation at "start" and "end": the lower skin runs on by half of
+        it, the upper one stops short by half of it, and the mid-surface keeps its length.
     """
 
     mark: str
@@ -111,6 +114,7 @@ class Plate:
     material: str
     holes: tuple[Hole, ...] = ()
     shared: Mapping[str, str] = field(default_factory=dict)
+    bevel: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)

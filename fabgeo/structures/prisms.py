@@ -54,15 +54,37 @@ def plate_prism(plate: Plate, tolerance: float = 1e-3) -> Prism:
     """
     mid, half = plate.mid, plate.thickness / 2.0
 
+    begin, end = _runs(plate)
+
+    def skin(u: Array, sign: float) -> tuple[Array, Array]:
+        """Both edges of the upper (+1) or lower (-1) skin; bevels move its ends."""
+        length = mid.u1 - mid.u0
+        at = u + sign * (begin * (mid.u1 - u) - end * (u - mid.u0)) / length
+        a, b = mid.edges(at)
+        h = sign * half * ruled_normals(mid, at)
+        return a + h, b + h
+
     def curves(u: Array) -> Array:
-        a, b = mid.edges(u)
-        h = half * ruled_normals(mid, u)
-        return np.stack([a - h, b - h, b + h, a + h])
+        (a, b), (c, d) = skin(u, -1.0), skin(u, 1.0)
+        return np.stack([a, b, d, c])
 
     made = interpolated(curves, mid.knots, tolerance, plate.mark)
     prism = Prism(plate.mark, made.knots, made.poles)
     refuse_folded(prism)
     return prism
+
+
+def _runs(plate: Plate) -> tuple[float, float]:
+    """Half the runs of the bevels at both ends as steps of the parameter."""
+    mid = plate.mid
+    out = []
+    for run, u in zip(plate.bevel, (mid.u0, mid.u1), strict=True):
+        at = np.array([u])
+        a, b = mid.edges(at)
+        side = cross(unit(b - a), ruled_normals(mid, at))
+        speed = float(np.mean([np.abs(dot(d, side)) for d in mid.edges(at, 1)]))
+        out.append(run / 2.0 / speed)
+    return out[0], out[1]
 
 
 def prism_properties(prism: Prism) -> PrismProperties:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
 from fabgeo.arrays import cross, dot, unit
-from fabgeo.errors import GeometryError
+from fabgeo.cad.measure import check_solid
+from fabgeo.cad.plates import plate_solid
+from fabgeo.errors import GeometryError, InputError
 from fabgeo.strips import exact
 from fabgeo.strips.axes import axes
 from fabgeo.strips.circular import conical_curves
@@ -414,3 +418,36 @@ def test_two_crossed_models(torus: StripModel) -> None:
     assert made.inner
     with pytest.raises(GeometryError, match="meet at"):
         crossed(torus, torus, (Section(), Section()))
+
+
+def test_bevelled_segments_leave_the_root_gap_and_open_to_the_groove(torus: StripModel) -> None:
+    section = Section(outer=-60.0, depth=300.0, web=10.0)
+    rule = BeamRule(at=(8.0, 16.0), gap=3.0, bevel=60.0)
+    made = beams(torus, section, rule, edges=[4])
+    gaps = []
+    for first, second in pairwise(made):
+        for left, right in zip(first.plates, second.plates, strict=True):
+            run = left.thickness * np.tan(np.radians(30.0))
+            assert left.bevel[1] == right.bevel[0] == pytest.approx(run)
+            a, b = (plate_prism(plate).poles for plate in (left, right))
+            across = unit(a[0, -1] - a[0, -2])
+            root = (b[:2, 0] - a[:2, -1]) @ across
+            groove = (b[2:, 0] - a[2:, -1]) @ across
+            gaps.append(root.min())
+            np.testing.assert_allclose(groove - root[::-1], 2.0 * run, rtol=0.02)
+    assert min(gaps) == pytest.approx(3.0, abs=0.05)  # at the inner corner, more elsewhere
+    for plate in made[1].plates:  # bevels at both ends take no volume off: what they cut they add
+        expected = plate_mass(plate, 1.0).volume
+        volume = prism_volume(plate_prism(plate))
+        assert volume == pytest.approx(expected, rel=1e-5)
+        report = check_solid(plate_solid(plate))
+        assert report.sound
+        assert report.tolerance <= 1e-3
+        assert report.volume == pytest.approx(volume, rel=1e-6)
+    assert made[1].info["bevel_deg"] == 60.0
+    assert made[0].plates[0].bevel[0] == 0.0  # the beam's own end stays square
+
+
+def test_end_plates_and_bevels_exclude_each_other() -> None:
+    with pytest.raises(InputError, match="end plates"):
+        BeamRule(end_plate=12.0, bevel=60.0)
