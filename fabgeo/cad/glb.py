@@ -57,6 +57,7 @@ class _Scene:
         self.scene = scene
         self.sag = sag
         self.names: set[str] = set()
+        self.counts: dict[str, int] = {}
         self.meshes: dict[tuple[int, Colour], str] = {}
 
     def add(self, node: Node, parent: str, matrix: Array, colour: Colour | None) -> None:
@@ -77,10 +78,10 @@ class _Scene:
 
     def _free(self, name: str) -> str:
         """The name, numbered where another node has it: frames must differ."""
-        free, count = name, 1
+        free = name
         while free in self.names:
-            count += 1
-            free = f"{name} ({count})"
+            self.counts[name] = self.counts.get(name, 1) + 1
+            free = f"{name} ({self.counts[name]})"
         self.names.add(free)
         return free
 

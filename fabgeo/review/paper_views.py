@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
@@ -43,6 +44,9 @@ class PlaceView:
             np.concatenate([p.points for p in self.polygons]) if parts else np.zeros((1, 2))
         )
         self.form: str | None = None
+        self.of: dict[str, list[Polygon]] = defaultdict(list)
+        for polygon in self.polygons:
+            self.of[polygon.mark].append(polygon)
 
     def draw(
         self,
@@ -62,7 +66,7 @@ class PlaceView:
                 paper.polygon(move(polygon.points), (grey, grey, grey + 0.03))
             paper.canvas.endForm()
         paper.canvas.doForm(name)
-        own = [p for p in self.polygons if p.mark in marks]
+        own = [polygon for mark in sorted(marks) for polygon in self.of.get(mark, ())]
         if shown is not None:
             own = picture_of([shown[m] for m in sorted(marks) if m in shown], self.view)
         paper.pen(HIGHLIGHT, 0.8)
