@@ -70,6 +70,8 @@ def sheet_rows(record: ReviewRecord) -> list[Row]:
     for nest in record.nests:
         folder = f"cut/nests/{nest.material}_{nest.thickness:g}mm"
         for sheet in nest.sheets:
+            size = sheet.stock.length * sheet.stock.width
+            net = sum(record.flats[p.mark].area for p in sheet.placements if p.mark in record.flats)
             rows.append(
                 {
                     "sheet": sheet.name,
@@ -80,7 +82,7 @@ def sheet_rows(record: ReviewRecord) -> list[Row]:
                     "width_mm": sheet.stock.width,
                     "parts": len(sheet.placements),
                     "marks": " ".join(p.mark for p in sheet.placements),
-                    "utilisation": sheet.utilisation,
+                    "utilisation": net / size,
                     "file": f"{folder}/{sheet.name}.dxf",
                 }
             )

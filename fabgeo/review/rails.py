@@ -1,0 +1,48 @@
+"""Normals and bending radii of a strip between two rails, sampled alike: see `solid_plate`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fabgeo.arrays import Array, cross, unit
+
+
+def rail_normals(a: Array, b: Array) -> tuple[Array, Array]:
+    """Unit normals (n, 3) of the strip between the rails, at both ends of every ruling."""
+    from scipy.interpolate import CubicSpline
+
+    sites = np.arange(len(a), dtype=float)
+    first, second = (cross(CubicSpline(sites, rail)(sites, 1), b - a) for rail in (a, b))
+    return unit(first), unit(second)
+
+
+def ruling_radii(rails: tuple[Array, Array]) -> Array:
+    """Bending radii (2, n) at both ends of every ruling: turn of the normal over the width.
+
+    The normal is that between the normals at a ruling's ends: across the chord and the mean of
+    the rails' directions. The derivatives are those of cubic splines through the rails' samples,
+    so that the first and the last ruling, where a radius is often least, are measured as well.
+    """
+    from scipy.interpolate import CubicSpline
+
+    sites = np.arange(len(rails[0]), dtype=float)
+    splines = [CubicSpline(sites, rail) for rail in rails]
+    (a, b), (da, db) = (np.stack([spline(sites, d) for spline in splines]) for d in (0, 1))
+    along, turning = _directions(np.stack([da, db]), np.stack([s(sites, 2) for s in splines]))
+    chord, change = b - a, db - da
+    across = cross(along, chord)
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    m = across / size
+    rate = cross(turning, chord) + cross(along, change)
+    turn = np.linalg.norm(rate - np.sum(rate * m, axis=1, keepdims=True) * m, axis=1) / size[:, 0]
+    side = unit(cross(chord, m))
+    widths = [np.abs(np.sum(speed * side, axis=1)) for speed in (da, db)]
+    return np.array(widths) / np.maximum(turn, 1e-15)
+
+
+def _directions(speed: Array, second: Array) -> tuple[Array, Array]:
+    """Mean (n, 3) of both rails' unit tangents, and its derivative."""
+    size = np.linalg.norm(speed, axis=-1, keepdims=True)
+    tangent = speed / size
+    bent = second - np.sum(second * tangent, axis=-1, keepdims=True) * tangent
+    return 0.5 * tangent.sum(axis=0), 0.5 * (bent / size).sum(axis=0)
