@@ -146,7 +146,7 @@ def trim_plates(
         cut.append(plate.mark)
         lost += found.lost
         made = []
-        for k, piece in enumerate(_parted(mid, found.ruled, joint)):
+        for k, piece in enumerate(_parted(found.ruled, joint)):
             own = Patch(patch.strip, patch.cell + k * cells[patch.strip], piece.u0, piece.u1)
             mark = plate.mark.replace(patch.mark, own.mark)
             if length(piece) < LEAST_LENGTH:
@@ -168,19 +168,20 @@ def _cells(patches: Sequence[Patch]) -> dict[int, int]:
     return out
 
 
-def _parted(mid: RuledPatch, ruled: RuledPatch, joint: float) -> list[RuledPatch]:
+def _parted(ruled: RuledPatch, joint: float) -> list[RuledPatch]:
     """The trimmed patch parted at its corners (threefold knots), the joint taken off there."""
     knots, counts = np.unique(ruled.knots, return_counts=True)
-    corners = knots[1:-1][counts[1:-1] >= 3]
-    cuts: list[float] = []
-    for u in corners:
-        step = joint / 2.0 / _pace(mid, float(u)) if joint > 0.0 else 0.0
-        cuts += [u - step, u + step] if step else [u]
-    if not cuts or cuts[0] <= ruled.u0 or cuts[-1] >= ruled.u1 or np.any(np.diff(cuts) <= 0.0):
-        inner = [u for u in corners if ruled.u0 < u < ruled.u1]
-        return split_at_rulings(ruled, np.array(inner))
-    pieces = split_at_rulings(ruled, np.array(cuts))
-    return pieces[::2] if joint > 0.0 else pieces
+    intervals, low = [], ruled.u0
+    for u in knots[1:-1][counts[1:-1] >= 3]:
+        step = joint / 2.0 / _pace(ruled, float(u))
+        intervals.append((low, float(u) - step))
+        low = max(low, float(u) + step)
+    intervals.append((low, ruled.u1))
+    least = 1e-9 * (ruled.u1 - ruled.u0)
+    kept = [(a, b) for a, b in intervals if b - a > least]
+    cuts = {u for ends in kept for u in ends if ruled.u0 < u < ruled.u1}
+    pieces = split_at_rulings(ruled, np.array(sorted(cuts)))
+    return [p for p in pieces if any(a < (p.u0 + p.u1) / 2.0 < b for a, b in kept)]
 
 
 def _pace(mid: RuledPatch, u: float) -> float:
