@@ -29,7 +29,7 @@ from fabgeo.errors import GeometryError
 from fabgeo.panels.unfold_quadrature import Quadrature, pieces
 from fabgeo.strips.ruled import RuledPatch
 
-MAX_PIECES = 1024
+LEAST_PIECES, MAX_PIECES = 8, 1024
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def rates(mid: RuledPatch, u: Array, mark: str = "patch") -> _Rates:
 
 
 def develop(mid: RuledPatch, mark: str = "patch", tolerance: float = 1e-4) -> Development:
-    """Lay the patch into the plane; pieces are halved until the stated tolerance is met.
+    """Lay the patch into the plane; pieces are halved until each meets the stated tolerance.
 
     Parameters
     ----------
@@ -112,21 +112,22 @@ def develop(mid: RuledPatch, mark: str = "patch", tolerance: float = 1e-4) -> De
         Largest distance, in mm, of the outline as cubic Hermite curves over its break points from
         the integrated curve, and largest error of the quadrature.
     """
-    least = 8
+    rule = Quadrature(pieces(mid.knots, LEAST_PIECES))
     while True:
-        rule = Quadrature(pieces(mid.knots, least))
-        flat, error = _integrated(mid, rule, mark)
-        if error <= tolerance or least >= MAX_PIECES:
-            break
-        least *= 2
-    if error > tolerance:
-        raise GeometryError(
-            mark, f"the development is exact to {error:.2g} mm only, expected {tolerance:.2g}"
-        )
-    return flat
+        flat, errors = _integrated(mid, rule, mark)
+        coarse = errors > tolerance
+        if not coarse.any():
+            return flat
+        if len(errors) >= MAX_PIECES:
+            raise GeometryError(
+                mark,
+                f"the development is exact to {errors.max():.2g} mm only, expected {tolerance:.2g}",
+            )
+        rule = rule.halved(coarse)
 
 
-def _integrated(mid: RuledPatch, rule: Quadrature, mark: str) -> tuple[Development, float]:
+def _integrated(mid: RuledPatch, rule: Quadrature, mark: str) -> tuple[Development, Array]:
+    """The development by one rule, and the error (p,) of each of its pieces."""
     inside, ends = rates(mid, rule.nodes, mark), rates(mid, rule.breaks, mark)
     theta_nodes, theta = rule.cumulative(inside.turn)
     theta_nodes, theta = theta_nodes + np.pi / 2.0, theta + np.pi / 2.0
@@ -140,11 +141,11 @@ def _integrated(mid: RuledPatch, rule: Quadrature, mark: str) -> tuple[Developme
     tangents = (ends.along[..., None] * ruling + ends.across[..., None] * across) / speed[..., None]
     arc_pairs = [rule.cumulative(s) for s in inside.speed]
     arcs = np.stack([pair[1] for pair in arc_pairs])
-    error = rule.tail(velocity) + rule.tail(inside.turn) * float(arcs.max())
+    errors = rule.tail(velocity) + rule.tail(inside.turn) * float(arcs.max())
     for k in range(2):
         seen = hermite(arcs[k], edges[k], tangents[k], arc_pairs[k][0])
-        error = max(error, float(np.linalg.norm(seen - edge_nodes[k], axis=-1).max()))
-    return Development(rule, edges, tangents, arcs, theta), error
+        errors = np.maximum(errors, np.linalg.norm(seen - edge_nodes[k], axis=-1).max(axis=1))
+    return Development(rule, edges, tangents, arcs, theta), errors
 
 
 def _frame(theta: Array) -> tuple[Array, Array]:

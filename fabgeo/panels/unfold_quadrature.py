@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 from numpy.polynomial import legendre
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, BoolArray
 
 
 @cache
@@ -75,17 +75,19 @@ class Quadrature:
         weights = _rule(self.order)[1]
         return np.einsum("p,k,pk...->...", self._half, weights, values)
 
-    def halved(self) -> Quadrature:
-        """The same rule with every piece cut in two."""
+    def halved(self, which: BoolArray | None = None) -> Quadrature:
+        """The same rule with every piece, or those of `which` (p,), cut in two."""
         middle = (self.breaks[:-1] + self.breaks[1:]) / 2.0
+        if which is not None:
+            middle = middle[which]
         return Quadrature(np.sort(np.concatenate([self.breaks, middle])), self.order)
 
-    def tail(self, values: Array) -> float:
-        """Size of what the rule can't see: the last Legendre coefficients times the piece."""
+    def tail(self, values: Array) -> Array:
+        """What the rule can't see in each piece (p,): the last Legendre coefficients times it."""
         analysis = _rule(self.order)[3]
         last = np.einsum("jk,pk...->pj...", analysis[-2:], values)
         half = self._half.reshape(-1, *([1] * (last.ndim - 1)))
-        return float(np.abs(last * half).max(initial=0.0))
+        return np.abs(last * half).reshape(len(last), -1).max(axis=1)
 
 
 def pieces(knots: Array, least: int) -> Array:
