@@ -89,7 +89,10 @@ class Panels(Table):
     `width` limits their width across: strips that are wider anywhere are all divided evenly along
     their rulings, and are counted after that. `trim` cuts panels along the boundary of the surface
     where the model overhangs it; absent: yes, unless cells or beams go on below them. `materials`
-    names the material of single panels by their marks, others are of `material`.
+    names the material of single panels by their marks, others are of `material`. `ends` is how far
+    a simpler shape may move the ends of panels along the strip, mm; absent: the joint's width over
+    walls, else 30. `radii` are those that cylinders may have, or how many different ones at most,
+    `radii_step` what they are multiples of.
     """
 
     length: Positive | None = None
@@ -104,7 +107,9 @@ class Panels(Table):
     tolerance: Positive = 1.0
     angle: Positive = 1.0
     choice: Literal["single", "joint"] = "joint"
-    radii: list[Positive] | None = None
+    ends: Positive | None = None
+    radii: list[Positive] | Count | None = None
+    radii_step: Positive | None = None
     costs: dict[Literal["flat", "cylinder", "cone", "developable"], Positive] = {}
     layers: list[Layer] = []
     trim: bool | None = None

@@ -147,7 +147,9 @@ def panels_of(
     if asked.choice == "joint":
         from fabgeo.panels.choose import choose
 
-        choices = list(choose(inputs, tolerances, costs, SPRINGING).panels)
+        few, step = asked.radii, asked.radii_step
+        joint = choose(inputs, tolerances, costs, SPRINGING, radii=few, radii_step=step)
+        choices = list(joint.panels)
     else:
         choices = classify(inputs, tolerances, costs, SPRINGING)
     made = []
@@ -175,7 +177,11 @@ def limits_of(project: Project) -> Tolerances:
     asked = project.panels
     if asked is None:
         return Tolerances()
-    return Tolerances(asked.tolerance, asked.angle, project.limits.gap_max_mm)
+    ends = asked.ends
+    if ends is None and project.cells and project.cells.walls and asked.joint > 0.0:
+        ends = asked.joint  # a joint stays above its wall
+    own = {} if ends is None else {"ends_mm": ends}
+    return Tolerances(asked.tolerance, asked.angle, project.limits.gap_max_mm, **own)
 
 
 def _sides(shared: Mapping[str, str]) -> dict[Side, str | tuple[str, ...]]:

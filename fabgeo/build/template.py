@@ -45,6 +45,9 @@ material = "aluminium"
 # materials = { P-02-01 = "glass" }   # of single panels, by mark
 tolerance = 1.0           # how far a flat, cylindrical or conical panel may leave the fitted one
 angle = 1.0               # and how much kink it may add between neighbours
+# ends = 30.0             # how far their ends may move along the strip; both sides of a joint follow
+# radii = 4               # most different radii of cylinders, or a list of them in mm
+# radii_step = 100.0      # radii are multiples of this
 # choice = "joint"        # all panels chosen together; "single": one by one
 
 # [cells]                 # need kind = "conical" or "circular"

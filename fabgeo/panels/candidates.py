@@ -12,7 +12,7 @@ from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.fit_shape import Targets, fit, start
 from fabgeo.panels.limits import Tolerances
-from fabgeo.panels.made import follows
+from fabgeo.panels.made import end_shift, follows
 from fabgeo.panels.pool import CLASSES, Pool, as_fitted
 from fabgeo.panels.samples import PanelInput, Samples, boundary_tilt, end_swing, sample
 from fabgeo.strips.ruled import RuledPatch
@@ -65,13 +65,17 @@ def targets_of(
     )
 
 
-def measured(panel: IntArray, kind: int, carriers: Carriers, samples: Samples) -> Pool:
+def measured(
+    panel: IntArray, kind: int, carriers: Carriers, samples: Samples, tolerances: Tolerances
+) -> Pool:
     """Candidates with their deviations from samples of the same panels.
 
-    Infinitely far off where the shape's rulings don't follow the panel's.
+    Infinitely far off where the shape's rulings don't follow the panel's, to the limit at its ends.
     """
     found, bound = deviation(samples, carriers)
-    found = np.where(follows(samples, carriers), found, np.inf)
+    shift = np.abs(end_shift(samples, carriers)).max(axis=(1, 2))
+    follow = follows(samples, carriers) & (shift <= tolerances.ends_mm)
+    found = np.where(follow, found, np.inf)
     ends = samples.edges[0].reshape(len(samples), -1, 3)
     flange = np.abs(carriers.distance(ends)).max(axis=1)
     kinds = np.full(len(panel), kind, dtype=np.int64)
@@ -153,7 +157,7 @@ def own_candidates(panels: Sequence[PanelInput], tolerances: Tolerances) -> OwnC
             if edge is None:
                 fits.append(near)
                 possible[:, kind] = power_mean(targets.residuals(near)[0]) <= 1.0
-            found = measured(everyone, kind, near, samples)
+            found = measured(everyone, kind, near, samples, tolerances)
             pool = pool.with_more(allowed(found, patches, tolerances))
     return OwnCandidates(pool, samples, possible, tuple(fits))
 

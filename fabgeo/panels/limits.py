@@ -25,15 +25,19 @@ class Tolerances:
         Distance between two made panels along their joint.
     flange_mm : float or None
         Change of the distance between panel and beam flange; None: as the deviation.
+    ends_mm : float
+        How far a made panel's ends may leave the fitted ones along the strip: ends run along
+        rulings, and both panels of a joint follow.
     """
 
     deviation_mm: float = 1.0
     kink_deg: float = 1.0
     gap_mm: float = 2.0
     flange_mm: float | None = None
+    ends_mm: float = 30.0
 
     def __post_init__(self) -> None:
-        for name in ("deviation_mm", "kink_deg", "gap_mm", "flange_mm"):
+        for name in ("deviation_mm", "kink_deg", "gap_mm", "flange_mm", "ends_mm"):
             value = getattr(self, name)
             if value is not None and not value > 0.0:
                 raise InputError(f"tolerances.{name}", f"expected > 0, found {value}")

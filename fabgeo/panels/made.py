@@ -30,6 +30,18 @@ def follows(samples: Samples, carriers: Carriers) -> BoolArray:
     return (ordered & np.all(level > 1e-6, axis=1)) | ((carriers.k == 0.0) & (carriers.g == 0.0))
 
 
+def end_shift(samples: Samples, carriers: Carriers) -> Array:
+    """How far (p, 2, 2) the made ends leave the fitted ones along the strip, at their corners, mm.
+
+    By start and end, then first and second edge. On a plane ends stay where they are.
+    """
+    corners = samples.edges[0][:, [0, -1]].reshape(len(samples), 4, 3)
+    turn, reach = (a.reshape(-1, 2, 2) for a in carriers.coordinates(corners))
+    shift = turn.mean(axis=2, keepdims=True) - turn
+    bent = (carriers.k != 0.0)[:, None, None]
+    return np.where(bent, shift * (1.0 + carriers.g[:, None, None] * reach), 0.0)
+
+
 def as_made(patch: RuledPatch, shape: Carrier, tolerance: float = 5e-5) -> RuledPatch:
     """The patch carried over to its replacement.
 

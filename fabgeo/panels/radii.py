@@ -21,6 +21,11 @@ def nearest(curvature: Array, radii: Array) -> Array:
     return np.sign(curvature) * offered[at]
 
 
+def multiples(radii: Array, step: float) -> Array:
+    """The nearest multiples of a step, each once."""
+    return step * np.unique(np.maximum(np.round(np.asarray(radii) / step), 1.0))
+
+
 def fewest(curvature: Array, slack: Array, most: int | None = None) -> Array:
     """Radii that serve as many cylinders as possible with few of them.
 

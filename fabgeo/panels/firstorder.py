@@ -1,0 +1,178 @@
+"""What panels can be made as, to first order about their best placements.
+
+Glossary
+--------
+option
+    One class for every panel, with the small steps that its placement may make about a base.
+feature
+    A number measured on a panel or at a joint in units of its limit: distances between fitted and
+    made panel; at joints what the made boundary is off the fitted one in five directions, and what
+    its normal tilts across the joint. A joint keeps its limits where the features of both panels
+    differ by at most one (a polygon about the gap's circle; of the kink its part about the joint).
+
+Placements move by millimetres on panels of metres, so that features are linear in the steps to
+about a thousandth of their limits; `fabgeo.panels.programme` relies on it and measures it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.panels.carrier import Carriers
+from fabgeo.panels.joints import Joints, made_boundary
+from fabgeo.panels.limits import Tolerances
+from fabgeo.panels.made import end_shift
+from fabgeo.panels.samples import Samples
+
+_AT = np.array([0, 2, 4, 6, 8])  # of the joints' nine samples
+_DIRECTIONS = np.pi / 8.0 * np.arange(8)  # in the plane across a joint: 16 sides about a circle
+_STEPS = 6  # a shift, three rotations, k and g: see Carriers.derivatives
+FREE = {
+    "flat": np.arange(3),
+    "cylinder": np.arange(5),
+    "cone": np.arange(6),
+    "rolled": np.arange(4),  # a cylinder of given radius
+}
+
+
+class Boundaries:
+    """Features of made panels at joints.
+
+    Parameters
+    ----------
+    joints, tolerances
+        The joints, and the limits that features are measured in.
+
+    Attributes
+    ----------
+    few : (n,) int array
+        Some of the features: enough for a bound, where fewer rows solve sooner.
+    """
+
+    def __init__(self, joints: Joints, tolerances: Tolerances) -> None:
+        self.joints, self.tolerances = joints, tolerances
+        number = np.arange(len(_AT) * (len(_DIRECTIONS) + 2)).reshape(len(_AT), -1)
+        self.few: IntArray = number[::2, [0, 2, 4, 6, -1]].ravel()
+        along = unit(np.gradient(joints.points, axis=1)) if len(joints) else joints.points
+        normal = joints.normals[0]
+        across = np.cross(along, normal)
+        around = [np.cos(a) * normal + np.sin(a) * across for a in _DIRECTIONS]
+        self._directions = np.stack([*around, along], axis=2)[:, _AT]
+        self._tilt = np.cross(along, joints.normals)[:, :, _AT]
+
+    def features(self, side: int, joint: IntArray, carriers: Carriers, made: BoolArray) -> Array:
+        """Features (n, f) of carriers (one a joint) on one side of joints; zero if not `made`."""
+        joints = self.joints
+        points, normals = made_boundary(
+            carriers, made, joints.points[joint], joints.normals[side, joint], joints.ends[joint]
+        )
+        off = (points - joints.points[joint])[:, _AT]
+        gap = np.einsum("jsdk,jsk->jsd", self._directions[joint], off) / self.tolerances.gap_mm
+        tilt = dot(normals[:, _AT], self._tilt[side, joint]) / self.tolerances.kink
+        both = np.concatenate([gap, tilt[..., None]], axis=-1)
+        return both.reshape(len(joint), both.shape[1] * both.shape[2])
+
+    def of_all(self, side: int, carriers: Carriers) -> Array:
+        """Features (j, f) at all joints, from carriers of all panels."""
+        joint = np.arange(len(self.joints))
+        made = np.ones(len(joint), dtype=bool)
+        return self.features(side, joint, carriers[self.joints.panels[:, side]], made)
+
+
+@dataclass(frozen=True)
+class Option:
+    """One class of every panel, to first order.
+
+    Attributes
+    ----------
+    kind : int
+        Index into CLASSES.
+    base : Carriers
+        Placements, one a panel.
+    able : (p,) bool array
+        Whether the panel may take this option.
+    unit : (p, 6) array
+        Steps of one about a millimetre.
+    free : (f,) int array
+        Which of the six steps the class may make.
+    value, slope : (p, s) and (p, s, f) arrays
+        Features of the panels: distances to the fitted one, shifts of their ends.
+    edge, edge_slope : pairs of (j, m) and (j, m, f) arrays
+        Features at every joint, for its first and its second panel.
+    few : (n,) int array
+        Those of them that an integer programme looks at.
+    """
+
+    kind: int
+    base: Carriers
+    able: BoolArray
+    unit: Array
+    free: IntArray
+    value: Array
+    slope: Array
+    edge: tuple[Array, Array]
+    edge_slope: tuple[Array, Array]
+    few: IntArray
+
+    @property
+    def count(self) -> int:
+        """Number of steps."""
+        return len(self.free)
+
+    def placed(self, panel: IntArray, steps: Array) -> Carriers:
+        """Carriers of some panels after steps (n, f)."""
+        full = np.zeros((len(panel), _STEPS))
+        full[:, self.free] = steps
+        return self.base[panel].moved(full * self.unit[panel])
+
+
+def option_of(
+    kind: int,
+    name: str,
+    base: Carriers,
+    able: BoolArray,
+    samples: Samples,
+    boundaries: Boundaries,
+) -> Option:
+    """An option about given placements; `name` says which steps are free.
+
+    Derivatives of distances are exact, those of features at ends and joints central differences
+    over steps of about a millimetre.
+    """
+    tolerances, free = boundaries.tolerances, FREE[name]
+    one, size = np.ones(len(samples)), samples.size
+    unit_step = np.stack([one, 1 / size, 1 / size, 1 / size, 1 / size**2, 1 / size**2], axis=1)
+    # Distances change nearly linearly along a ruling: both edges will do, every other sample.
+    points = samples.points(np.array([0.0, 1.0]))[:, ::2].reshape(len(samples), -1, 3)
+    distance, slope = base.derivatives(points)
+    limit = min(tolerances.deviation_mm, tolerances.flange)
+
+    def others(carriers: Carriers) -> list[Array]:
+        ends = end_shift(samples, carriers).reshape(len(samples), -1) / tolerances.ends_mm
+        return [ends, *(boundaries.of_all(side, carriers) for side in (0, 1))]
+
+    slopes: list[list[Array]] = [[], [], []]
+    for column in free:
+        step = np.zeros_like(unit_step)
+        step[:, column] = unit_step[:, column]
+        ahead, behind = others(base.moved(step)), others(base.moved(-step))
+        for into, a, b in zip(slopes, ahead, behind, strict=True):
+            into.append((a - b) / 2.0)
+    at = others(base)
+    by_step = [np.stack(columns, axis=-1) for columns in slopes]
+    near = (slope * unit_step[:, None])[..., free] / limit
+    return Option(
+        kind,
+        base,
+        able,
+        unit_step,
+        free,
+        np.concatenate([distance / limit, at[0]], axis=1),
+        np.concatenate([near, by_step[0]], axis=1),
+        (at[1], at[2]),
+        (by_step[1], by_step[2]),
+        boundaries.few,
+    )

@@ -1,0 +1,230 @@
+"""The integer choice over continuous placement of a few panels, by HiGHS.
+
+For every panel and every option one binary y and the steps s of its placement. With the features
+f and their slopes F of `fabgeo.panels.firstorder`, all in units of the limits::
+
+    minimise  sum cost y
+    where     sum over a panel's options of y = 1
+              |f y + F s| <= y                           the panel's own, for every option
+              |sum of f y + F s, second panel less first| <= 1      at every joint
+
+A step is zero where its y is: the options' feasible sets are convex, and this is the convex hull
+of their union (disjunctive programming), so that the solver's relaxation is tight. A panel that
+stays as fitted is an option without steps whose features are zero.
+
+With the classes decided, `settle_group` makes the largest use of any limit small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, linprog, milp
+from scipy.sparse import csr_array
+
+from fabgeo.arrays import Array, IntArray
+from fabgeo.panels.firstorder import Option
+from fabgeo.panels.joints import Joints
+
+
+@dataclass(frozen=True)
+class Rim:
+    """A joint between a panel of the group and one outside that does not move.
+
+    Attributes
+    ----------
+    joint, side : int
+        The joint, and on which side of it the group's panel is.
+    features : (m,) array
+        Those of the panel outside.
+    """
+
+    joint: int
+    side: int
+    features: Array
+
+
+@dataclass(frozen=True)
+class Group:
+    """Some panels, the joints between them, and those to panels outside."""
+
+    panels: IntArray
+    inside: IntArray
+    rims: tuple[Rim, ...] = ()
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a group's panels are made as.
+
+    Attributes
+    ----------
+    option : (n,) int array
+        Index of the option; -1: as fitted.
+    steps : sequence of (f,) arrays
+        Steps of every panel's placement.
+    bound : float
+        Proven: no choice and no placement of the group costs less.
+    """
+
+    option: IntArray
+    steps: Sequence[Array]
+    bound: float
+
+
+class _Rows:
+    """A sparse matrix with limits on its rows, while it grows."""
+
+    def __init__(self) -> None:
+        self._entries: list[tuple[IntArray, IntArray, Array]] = []
+        self._low: list[Array] = []
+        self._high: list[Array] = []
+        self._count = self._first = 0
+
+    def begin(self, low: Array, high: Array) -> None:
+        """Append rows with these limits."""
+        self._first = self._count
+        self._low.append(low)
+        self._high.append(high)
+        self._count += len(low)
+
+    def put(self, column: int, block: Array) -> None:
+        """A block (rows, columns) from a column on into the rows begun last."""
+        row, at = np.indices(block.shape)
+        self._entries.append(((self._first + row).ravel(), (column + at).ravel(), block.ravel()))
+
+    def matrix(self, columns: int) -> csr_array:
+        """The matrix of all rows."""
+        row, column, value = (np.concatenate(parts) for parts in zip(*self._entries, strict=True))
+        return csr_array((value, (row, column)), shape=(self._count, columns))
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Lower and upper limits of all rows."""
+        return np.concatenate(self._low), np.concatenate(self._high)
+
+
+def solve_group(
+    group: Group,
+    options: Sequence[Option],
+    joints: Joints,
+    prices: Array,
+    share: float,
+    seconds: float,
+) -> Decision | None:
+    """The cheapest classes and placements of a group; None if the solver found nothing in time.
+
+    Parameters
+    ----------
+    prices : (4,) array
+        Cost by class; the last one is that of staying as fitted.
+    share : float
+        Share of every limit that may be used: above one for a bound that stands in spite of the
+        features' curvature, below one for placements that keep the limits in spite of it.
+    seconds : float
+        Time limit.
+    """
+    column: dict[tuple[int, int], int] = {}
+    cost: list[float] = []
+    binary: list[bool] = []
+    rows = _Rows()
+    for p in group.panels.tolist():
+        rows.begin(np.ones(1), np.ones(1))
+        here = [k for k, option in enumerate(options) if option.able[p]]
+        for k in [*here, -1]:
+            steps = options[k].count if k >= 0 else 0
+            column[p, k] = len(cost)
+            rows.put(len(cost), np.ones((1, 1)))
+            cost += [float(prices[options[k].kind if k >= 0 else -1])] + [0.0] * steps
+            binary += [True] + [False] * steps
+        for k in here:
+            f, slope = options[k].value[p][:, None], options[k].slope[p]
+            for sign in (1.0, -1.0):
+                rows.begin(np.full(len(f), -np.inf), np.zeros(len(f)))
+                rows.put(column[p, k], np.hstack([sign * f - share, sign * slope]))
+    few = options[0].few
+    for offset, terms in _joint_rows(group, options[0].edge[0].shape[1]):
+        rows.begin(offset[few] - share, offset[few] + share)
+        for j, side, sign in terms:
+            p = int(joints.panels[j, side])
+            for k, option in enumerate(options):
+                if option.able[p]:
+                    block = np.hstack([option.edge[side][j][:, None], option.edge_slope[side][j]])
+                    rows.put(column[p, k], sign * block[few])
+    whole = np.array(binary)
+    low, high = rows.limits
+    found = milp(
+        np.array(cost),
+        integrality=whole.astype(np.int64),
+        bounds=Bounds(np.where(whole, 0.0, -np.inf), np.where(whole, 1.0, np.inf)),
+        constraints=LinearConstraint(rows.matrix(len(cost)), low, high),  # pyright: ignore[reportArgumentType]
+        options={"time_limit": seconds, "mip_rel_gap": 1e-4},
+    )
+    if found.x is None:
+        return None
+    chosen, moves = [], []
+    for p in group.panels.tolist():
+        k = max((k for q, k in column if q == p), key=lambda k: found.x[column[p, k]])
+        at = column[p, k] + 1
+        chosen.append(k)
+        moves.append(found.x[at : at + options[k].count] if k >= 0 else np.zeros(0))
+    return Decision(np.array(chosen), moves, float(found.mip_dual_bound))
+
+
+def settle_group(
+    group: Group, option: Sequence[Option | None], joints: Joints
+) -> list[Array] | None:
+    """Steps of a group's panels, each in its class, that make the largest use of a limit small.
+
+    None if there are none.
+
+    Parameters
+    ----------
+    option : sequence of Option or None
+        That of every panel of the group; None: it stays as fitted.
+    """
+    column: dict[int, int] = {}
+    of: dict[int, Option] = {}
+    count = 1  # the first column is the largest use
+    for p, own in zip(group.panels.tolist(), option, strict=True):
+        if own is not None:
+            column[p], of[p] = count, own
+            count += own.count
+    if not of:
+        return None
+    rows = _Rows()
+    for p, own in of.items():
+        f = own.value[p]
+        for sign in (1.0, -1.0):
+            rows.begin(np.full(len(f), -np.inf), -sign * f)
+            rows.put(0, np.full((len(f), 1), -1.0))
+            rows.put(column[p], sign * own.slope[p])
+    width = next(iter(of.values())).edge[0].shape[1]
+    for offset, terms in _joint_rows(group, width):
+        sides = [(int(joints.panels[j, side]), j, side, sign) for j, side, sign in terms]
+        sides = [one for one in sides if one[0] in of]
+        known = sum((t * of[p].edge[side][j] for p, j, side, t in sides), np.zeros(width))
+        for sign in (1.0, -1.0):
+            rows.begin(np.full(width, -np.inf), sign * (offset - known))
+            rows.put(0, np.full((width, 1), -1.0))
+            for p, j, side, t in sides:
+                rows.put(column[p], sign * t * of[p].edge_slope[side][j])
+    cost = np.zeros(count)
+    cost[0] = 1.0
+    found = linprog(cost, rows.matrix(count), rows.limits[1], bounds=(None, None), method="highs")
+    if found.x is None:
+        return None
+    return [
+        found.x[column[p] : column[p] + of[p].count] if p in of else np.zeros(0)
+        for p in group.panels.tolist()
+    ]
+
+
+def _joint_rows(group: Group, width: int) -> Iterator[tuple[Array, list[tuple[int, int, float]]]]:
+    """Offset of a joint's rows, and the sides (joint, side, sign) whose features add up to it."""
+    for j in group.inside.tolist():
+        yield np.zeros(width), [(j, 0, -1.0), (j, 1, 1.0)]
+    for rim in group.rims:
+        yield rim.features, [(rim.joint, rim.side, 1.0)]
