@@ -33,12 +33,11 @@ def read_dxf_sections(
         If the file can't be read, holds no curve, or the curves are no sections.
     """
     from ezdxf.filemanagement import readfile
-    from ezdxf.lldxf.const import DXFError
 
     path = Path(path)
     try:
         document = readfile(path)
-    except (OSError, DXFError, UnicodeDecodeError, ValueError) as error:
+    except Exception as error:  # whatever a foreign reader raises over foreign bytes
         raise InputError(path.name, f"can't be read as DXF: {error}", "export it again") from error
     curves: list[Array] = []
     names: list[str] = []

@@ -105,13 +105,12 @@ class _Content:
 
 def _content(path: Path, layers: Mapping[str, str] | None) -> _Content:
     from ezdxf.filemanagement import readfile
-    from ezdxf.lldxf.const import DXFError
 
     try:
         document = readfile(path)
     except OSError as error:
         raise InputError(path.name, f"can't be read: {error}") from error
-    except DXFError as error:
+    except Exception as error:  # whatever a foreign reader raises over foreign bytes
         raise InputError(path.name, f"is no sound DXF file: {error}") from error
     unit = document.header.get("$INSUNITS", None)
     if document.dxfversion > "AC1009" and unit != 4:

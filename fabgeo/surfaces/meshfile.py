@@ -1,9 +1,8 @@
-"""Mesh files: OBJ and OFF (quads kept), and STL, PLY, 3MF through trimesh."""
+"""Mesh files: OBJ and OFF (quads kept), 3MF, and STL and PLY through trimesh."""
 
 from __future__ import annotations
 
 import math
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,11 +11,11 @@ import numpy as np
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.surfaces.mesh import Mesh, checked_mesh
+from fabgeo.surfaces.threemf import read_3mf
 
 LARGEST_FILE = 512 << 20
-LARGEST_UNZIPPED = 1 << 30
-TRIMESH_SUFFIXES = (".stl", ".ply", ".3mf")
-SUFFIXES = (".obj", ".off", *TRIMESH_SUFFIXES)
+TRIMESH_SUFFIXES = (".stl", ".ply")
+SUFFIXES = (".obj", ".off", ".3mf", *TRIMESH_SUFFIXES)
 
 
 def read_mesh(path: str | Path, piece: str | int | None = None) -> Mesh:
@@ -45,6 +44,8 @@ def read_mesh(path: str | Path, piece: str | int | None = None) -> Mesh:
         vertices, faces = parse_obj(path.name, path.read_text(errors="replace"))
     elif suffix == ".off":
         vertices, faces = parse_off(path.name, path.read_text(errors="replace"))
+    elif suffix == ".3mf":
+        vertices, faces = read_3mf(path)
     elif suffix in TRIMESH_SUFFIXES:
         vertices, faces = _by_trimesh(path)
     else:
@@ -161,8 +162,6 @@ def _index(where: str, word: str) -> int:
 def _by_trimesh(path: Path) -> tuple[Array, list[list[int]]]:
     import trimesh
 
-    if path.suffix.lower() == ".3mf":
-        _check_archive(path)
     try:
         loaded = trimesh.load_mesh(path, process=False)
         if isinstance(loaded, trimesh.Scene):
@@ -174,16 +173,3 @@ def _by_trimesh(path: Path) -> tuple[Array, list[list[int]]]:
             path.name, f"can't be read as {path.suffix[1:].upper()}: {error}", "export it again"
         ) from error
     return vertices, faces.tolist()
-
-
-def _check_archive(path: Path) -> None:
-    """Refuse archives that unpack to more than a bearable size."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            unpacked = sum(info.file_size for info in archive.infolist())
-    except zipfile.BadZipFile as error:
-        raise InputError(
-            path.name, "is not a 3MF file (no zip archive)", "export it again"
-        ) from error
-    if unpacked > LARGEST_UNZIPPED:
-        raise InputError(path.name, f"unpacks to {unpacked >> 20} MiB: more than is bearable")

@@ -1,0 +1,119 @@
+"""Fuzz one reader for some time: by coverage with atheris where it is installed, else at random.
+
+    python tests/fuzz/mutate.py obj 600          # ten minutes
+    python tests/fuzz/mutate.py --random dxf 60 --seed 3
+
+Ends with the number of runs and the slowest of them, or with the input of a finding (exit code 1):
+a traceback from inside, or a run of more than LIMIT seconds. Atheris has wheels for Python 3.12.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import random
+import signal
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from pathlib import Path
+
+from readers import READERS, TOKENS, Reader
+
+LIMIT = 30  # seconds for one small file
+LARGEST = 1 << 16  # bytes
+
+
+def mutated(seeds: list[bytes], rng: random.Random) -> bytes:
+    """A seed with some bytes, lines or tokens changed, taken out, doubled or swapped."""
+    data = bytearray(rng.choice(seeds))
+    for _ in range(rng.choice((1, 1, 2, 3, 8))):
+        size = len(data)
+        at = rng.randrange(size + 1)
+        end = min(size, at + rng.choice((0, 1, 1, 2, 4, 16, 200)))
+        how = rng.randrange(6)
+        if how == 0:
+            data[at:end] = rng.randbytes(rng.choice((1, 2, 4)))
+        elif how == 1:
+            data[at:end] = rng.choice(TOKENS)
+        elif how == 2:
+            del data[at:end]
+        elif how == 3:
+            data[at:at] = data[at:end] * rng.choice((1, 2, 50))
+        elif how == 4:
+            other = rng.choice(seeds)
+            cut = rng.randrange(len(other) + 1)
+            data[at:end] = other[cut : cut + 40]
+        elif size:
+            data[at % size] ^= 1 << rng.randrange(8)
+    return bytes(data[:LARGEST])
+
+
+def by_chance(reader: Reader, seconds: float, seed: int) -> tuple[int, float]:
+    """Mutate at random; the number of runs and the slowest run."""
+    rng, seeds = random.Random(seed), reader.seeds()
+    end, runs, slowest = time.monotonic() + seconds, 0, 0.0
+    signal.signal(signal.SIGALRM, _too_slow)
+    for seed_bytes in seeds:
+        reader(seed_bytes)
+    while time.monotonic() < end:
+        data = mutated(seeds, rng)
+        begin = time.monotonic()
+        signal.alarm(LIMIT)
+        try:
+            reader(data)
+        except BaseException:
+            _report(data)
+            raise
+        finally:
+            signal.alarm(0)
+        runs, slowest = runs + 1, max(slowest, time.monotonic() - begin)
+    return runs, slowest
+
+
+def by_coverage(reader: Reader, seconds: float, seed: int) -> None:
+    """Let atheris look for inputs that reach new code."""
+    import atheris
+
+    with tempfile.TemporaryDirectory() as corpus:
+        for number, data in enumerate(reader.seeds()):
+            Path(corpus, f"seed-{number}").write_bytes(data)
+        atheris.instrument_all()
+        flags = [f"-max_total_time={seconds:.0f}", f"-timeout={LIMIT}", f"-seed={seed + 1}"]
+        flags += [f"-max_len={LARGEST}", "-rss_limit_mb=4096", "-artifact_prefix=finding-"]
+        atheris.Setup([sys.argv[0], corpus, *flags], reader)
+        atheris.Fuzz()
+
+
+def _too_slow(*_: object) -> None:
+    raise TimeoutError(f"a file took more than {LIMIT} s")
+
+
+def _report(data: bytes) -> None:
+    path = Path(tempfile.gettempdir()) / f"finding-{abs(hash(data)):x}"
+    path.write_bytes(data)
+    traceback.print_exc()
+    print(f"finding: {len(data)} bytes kept in {path}: {data[:200]!r}")
+
+
+def main() -> None:
+    """Fuzz the reader named."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("reader", choices=READERS)
+    parser.add_argument("seconds", type=float)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--random", action="store_true", help="without atheris")
+    asked = parser.parse_args()
+    warnings.simplefilter("ignore")
+    reader = READERS[asked.reader]
+    if asked.random or importlib.util.find_spec("atheris") is None:
+        runs, slowest = by_chance(reader, asked.seconds, asked.seed)
+        print(f"{asked.reader}: {runs} files, no finding; slowest {slowest:.2f} s")
+    else:
+        by_coverage(reader, asked.seconds, asked.seed)
+
+
+if __name__ == "__main__":
+    main()
