@@ -18,6 +18,7 @@ from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
 SAFETY = 0.75
+OF_AN_OFFSET = 0.004  # degrees of twist of models that are offset
 
 
 def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
@@ -52,12 +53,15 @@ def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitR
 def options_of(project: Project) -> FitOptions:
     """What the fit has to reach, by the project's limits; its own where the project sets none.
 
-    Three quarters of them: they are measured more densely than the fit looks.
+    Three quarters of them: they are measured more densely than the fit looks. Conical and circular
+    models, whose offsets rest on it, are made to twist less than a general one may.
     """
     asked, own = project.limits, FitOptions()
-    twist = asked.twist_max_deg
+    twist = own.twist_limit_deg if asked.twist_max_deg is None else SAFETY * asked.twist_max_deg
+    if project.strips.kind in ("conical", "circular"):
+        twist = min(twist, OF_AN_OFFSET)
     return FitOptions(
-        twist_limit_deg=own.twist_limit_deg if twist is None else SAFETY * twist,
+        twist_limit_deg=twist,
         kind_limit_deg=min(own.kind_limit_deg, SAFETY * np.degrees(asked.conical_residual)),
         boundary=project.strips.boundary,
         weights=Weights(anchor=project.strips.anchor, cover=project.strips.cover),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from fabgeo.errors import InputError
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.result import FitResult, Listener, Progress
 from fabgeo.fitting.run import Run
+from fabgeo.fitting.subdivide import subdivide
 from fabgeo.strips.model import KINDS, Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 
@@ -46,4 +49,24 @@ def fit(
     """
     if kind not in KINDS:
         raise InputError("fit", f"expected a kind of {KINDS}, found {kind!r}")
-    return Run(surface, start, kind, options or FitOptions(), listener).result()
+    options = options or FitOptions()
+    if options.across == 0:
+        return Run(surface, start, kind, options, listener).result()
+    coarse = replace(options, across=options.across - 1, refinements=0)
+    first = fit(surface, _every_other_edge(start), kind, coarse, listener)
+    halved = subdivide(first.model)
+    if first.status == "interrupted":
+        return replace(first, model=halved)
+    found = Run(surface, halved, kind, options, listener).result()
+    return replace(found, history=first.history + found.history)
+
+
+def _every_other_edge(model: StripModel) -> StripModel:
+    least = 6 if model.closed_i else 2
+    if model.strips % 2 or model.strips < least:
+        raise InputError(
+            "FitOptions.across",
+            f"{model.strips} strips cannot be taken together in pairs",
+            "ask for fewer times, or for another number of strips",
+        )
+    return model.with_control(model.control[::2])

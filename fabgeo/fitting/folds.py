@@ -50,10 +50,14 @@ def regular(state: State, sites: Sites) -> Array:
     return dot(unit(cross(unit(d0), e)), unit(cross(unit(d1), e)))
 
 
-def find_fold(state: State, sites: Sites, dense: Sites) -> Fold | None:
-    """The worst fold of a model, or None: by the surface at `sites`, by itself at `dense` ones."""
-    for where, cosines in ((sites, orientation(state, sites)), (dense, regular(state, dense))):
-        if np.any(cosines <= 0.0):
+def find_fold(state: State, sites: Sites, dense: Sites, least: float = 0.0) -> Fold | None:
+    """The worst fold of a model, or None: by the surface at `sites`, by itself at `dense` ones.
+
+    With `least` above 0, a strip that is about to fold at a dense site is one as well.
+    """
+    places = (sites, orientation(state, sites), 0.0), (dense, regular(state, dense), least)
+    for where, cosines, bound in places:
+        if np.any(cosines <= bound):
             strip, element, q = np.unravel_index(int(np.argmin(cosines)), cosines.shape)
-            return Fold(int(strip), float(where.u[element, q]), int(np.sum(cosines <= 0.0)))
+            return Fold(int(strip), float(where.u[element, q]), int(np.sum(cosines <= bound)))
     return None

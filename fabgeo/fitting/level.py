@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fabgeo.arrays import Array
+from fabgeo.fitting.folds import regular
 from fabgeo.fitting.held import Held
 from fabgeo.fitting.normal import NormalEquations
 from fabgeo.fitting.objectives.anchor import Anchor
@@ -24,6 +25,7 @@ from fabgeo.fitting.reference import Reference, Tracker
 from fabgeo.fitting.samples import Net, Sites
 from fabgeo.strips.model import Kind
 
+UNFOLDED = 0.2  # cosine between a ruling's two normals that steps keep, where the start has it
 COVER_MARGIN = 0.05  # in mean ruling lengths: how far overhanging ends stay beyond the boundary
 
 
@@ -61,7 +63,8 @@ class Level:
     ) -> StripProblem:
         """The functional with its weights; normals for fairness are taken at `control`."""
         objectives = self._objectives(control, start, developability, anchor)
-        fold_sites = self.coarse, self.dense
+        nearest = float(regular(self.state(control), self.dense).min())
+        fold_sites = self.coarse, self.dense, min(UNFOLDED, 0.9 * nearest)
         return StripProblem(self.net, self.reference, objectives, fold_sites, self.trackers)
 
     def stress(self, control: Array, power: float = 2.0, floor: float = 0.1) -> None:

@@ -79,6 +79,8 @@ class FitOptions:
     levels : int or None
         Times that the start is coarsened along u before the fit refines it again exactly; None
         chooses by the number of segments.
+    across : int
+        Times that neighbouring strips are taken together before the fit, and halved again after.
     refinements : int
         Times that knot spans are halved beyond the start's, where the limits are not reached.
     iterations : int
@@ -98,6 +100,7 @@ class FitOptions:
     points: Array | None = None
     minimise: Literal["rms", "max"] = "max"
     levels: int | None = None
+    across: int = 0
     refinements: int = 1
     iterations: int = 20
     stages: int = 12

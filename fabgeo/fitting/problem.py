@@ -23,7 +23,7 @@ class StripProblem:
     reference : Reference
     objectives : sequence of Objective
         Those of weight zero are left out of the sum.
-    fold_sites : (Sites, Sites) or None
+    fold_sites : (Sites, Sites, float) or None
         Where a step is tested for folds, see `find_fold`; None tests nothing.
     trackers : dict, optional
         Closest points remembered by sites; shared by the stages of a level.
@@ -36,7 +36,7 @@ class StripProblem:
         net: Net,
         reference: Reference,
         objectives: Sequence[Objective],
-        fold_sites: tuple[Sites, Sites] | None = None,
+        fold_sites: tuple[Sites, Sites, float] | None = None,
         trackers: dict[int, Tracker] | None = None,
     ) -> None:
         self.net, self.reference = net, reference

@@ -40,7 +40,7 @@ class Quality:
         return {**asdict(self), "deviation_over_sag": self.deviation_over_sag}
 
 
-def dense_sites(net: Net, per_segment: int = 3) -> Sites:
+def dense_sites(net: Net, per_segment: int = 4) -> Sites:
     """Evenly spaced sites, knots included."""
     local = np.linspace(0.0, 1.0, per_segment + 1)
     u = np.arange(net.segments)[:, None] + local

@@ -39,6 +39,7 @@ FINE_AT_ONCE = 3500  # unknowns up to which a fit starts at its finest level
 MOST_LEVELS = 3  # times that `levels=None` halves the number of segments of a larger one
 LEAST_SEGMENTS = 8
 COARSE_LIMIT = 10.0  # multiple of the limits that a coarse level has to reach
+LEAST_ANCHOR = 0.01  # of its first weight: without any, free borders retreat
 WORTH = 0.7  # of the best excess so far: a stage that brings less is idle
 PATIENCE = 3  # idle stages in a row, after which more weight is of no use
 ON_THE_WAY, SETTLED = 1e-2, 3e-3  # relative gain of a step at which a stage ends
@@ -81,8 +82,8 @@ class Run:
                 "start", f"{fold} ({fold.count} places in all)", "choose another start"
             )
         self.begin = time.process_time()
-        whole = held.everything(net)
-        self.anchor = 0.0 if whole else options.weights.anchor
+        self.anchor = 0.0 if held.everything(net) else options.weights.anchor
+        self.least_anchor = LEAST_ANCHOR * self.anchor
         self.anchor_at = np.array(self.control)
         self.weight = 1.0
 
@@ -93,14 +94,16 @@ class Run:
             self._grow(COARSE_LIMIT, finer=True)
             if self.interrupted:
                 break
-            self._refine(self.options.growth)
+            if not self._refine(self.options.growth):
+                break
         if not self.interrupted:
             self._grow(1.0, finer=self.options.refinements > 0)
         for left in range(self.options.refinements, 0, -1):
             if self.interrupted or self._excess(self._figures()) <= 1.0:
                 break
             # Halve the knot spans once more: the limits can't be reached with these.
-            self._refine(self.options.growth**2)
+            if not self._refine(self.options.growth**2):
+                break
             self._grow(1.0, finer=left > 1)
         if not self.interrupted and self._uneven():
             self._fade()
@@ -146,14 +149,21 @@ class Run:
             done += 1
         return done
 
-    def _refine(self, back: float) -> None:
-        """The same model on twice as many segments, with the weight some way back."""
+    def _refine(self, back: float) -> bool:
+        """The same model on twice as many segments, with the weight some way back.
+
+        False, and nothing done, where the denser look finds a fold.
+        """
         old = self.level.net
-        self.control = spline.refine(self.control, old.closed_u)
-        self.anchor_at = spline.refine(self.anchor_at, old.closed_u)
+        control = spline.refine(self.control, old.closed_u)
         net = Net(old.edges, old.segments * 2, old.closed_u, old.closed_i)
-        self.level = self.level.refined(net)
+        level = self.level.refined(net)
+        if find_fold(level.state(control), level.coarse, level.dense) is not None:
+            return False
+        self.control, self.level = control, level
+        self.anchor_at = spline.refine(self.anchor_at, old.closed_u)
         self.weight = max(self.weight / back, 1.0)
+        return True
 
     def _grow(self, slack: float, finer: bool) -> None:
         """Let the weight of developability grow while that helps and the limits are not reached.
@@ -177,7 +187,7 @@ class Run:
             if idle == (1 if finer else PATIENCE):
                 break
             self.weight *= self.options.growth
-            self.anchor /= self.options.growth**0.5
+            self.anchor = max(self.anchor / self.options.growth**0.5, self.least_anchor)
         self.control, self.weight, self.anchor = kept
 
     def _uneven(self) -> bool:
@@ -209,12 +219,15 @@ class Run:
         for _ in range(ROUNDS):
             self.level.stress(self.control)
             self.weight = max(self.weight / self.options.growth**GIVE, 1.0)
+            self.anchor = best[2]
             self._grow(1.0, finer=False)
             now = self._figures()
             within = self._excess(now) <= max(1.0, self._excess(found))
             if not within or now.deviation > FLATTER * found.deviation or self.interrupted:
                 break
             best, found = (self.control, self.weight, self.anchor), now
+            if not self._uneven():
+                break
         self.control, self.weight, self.anchor = best
 
     def _stage(self, gain: float) -> None:

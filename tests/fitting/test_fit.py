@@ -8,7 +8,12 @@ from fit_helpers import Graph, SphereZone, iso_start, quadric, sphere_start
 
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting import FitOptions, fit
+from fabgeo.fitting.held import Held
+from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.points import closest_sites
+from fabgeo.fitting.obstacle import obstacle
+from fabgeo.fitting.quality import dense_sites, quality
+from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net
 from fabgeo.fitting.subdivide import subdivide
 from fabgeo.strips.measures import measure
@@ -60,6 +65,37 @@ def test_interrupting_keeps_the_best_and_a_fit_resumes_from_it():
     rest = fit(surface, part.model)
     assert rest.status == "converged"
     assert measure(rest.model).twist_deg.value < measure(part.model).twist_deg.value
+
+
+def test_a_model_is_gone_on_with_at_the_weight_reached():
+    surface = quadric(*SADDLE)
+    first = fit(surface, iso_start(surface, 6, 8), options=FitOptions(twist_limit_deg=0.02))
+    weight = first.history[-1]["developability"]
+    assert weight > 1.0
+    again = fit(surface, first.model)
+    assert again.history[0]["developability"] == weight
+    assert again.statistics["twist_max_deg"] <= 0.002
+    # On another surface the model is no solution, and its weights would only hold it back.
+    other = quadric(0.8e-4, -1.0e-4)
+    assert fit(other, first.model).history[0]["developability"] == 1.0
+
+
+def test_edges_along_asymptotic_directions_are_named_inside():
+    # z = k x y again, with nothing held: edges y = const are asymptotic lines everywhere.
+    k = 4e-5
+    surface = Graph(
+        lambda x, y: k * x * y,
+        lambda x, y: (k * y, k * x),
+        lambda x, y: (0 * x, k + 0 * x, 0 * x),
+    )
+    start = iso_start(surface, 6, 8)
+    net, length = Net.of(start), 1000.0
+    state = State(net, np.array(start.control) / length, Reference(surface, length))
+    words = obstacle(state, Held(), quality(state, dense_sites(net), "general"))
+    assert words.startswith("strip ")
+    assert "u = " in words
+    assert "edges run along an asymptotic direction" in words
+    assert "start 'principal'" in words
 
 
 def test_a_folded_start_is_named():
@@ -117,6 +153,17 @@ def test_coarse_levels_lead_to_the_same_model():
     assert normal.max() < 2.0 * sag
     assert np.sqrt(np.mean(distance**2)) < 20.0 * sag
     assert measure(coarse.model).twist_deg.value <= 0.002
+
+
+def test_strips_taken_together_lead_to_the_same_limit():
+    surface = quadric(*DOME)
+    result = fit(surface, iso_start(surface, 8, 8), options=FitOptions(across=1))
+    found = measure(result.model, surface)
+    assert result.model.strips == 8
+    assert found.twist_deg.value <= 0.002
+    assert found.deviation_over_sag_limit <= 1.05
+    with pytest.raises(InputError, match="7 strips"):
+        fit(surface, iso_start(surface, 7, 8), options=FitOptions(across=1))
 
 
 def test_mounting_points_are_met():

@@ -51,11 +51,25 @@ def test_conjugate_parameters_halve_the_twist_and_stay_monotone():
 @pytest.mark.slow
 def test_auto_names_its_reason_and_orders_candidates():
     found = start(DOME, "auto", 10, 12)
-    scores = [c.score for c in found.candidates]
+    scores = [c.score for c in found.candidates if c.trial is not None]
     assert scores == sorted(scores)
+    assert found.candidates[0].trial is not None
     assert found.why.count("twist") >= len(found.candidates)
     assert found.method in ("iso", "principal", "geodesic")
     assert (found.model.strips, found.model.segments) == (10, 12)
+
+
+@pytest.mark.slow
+def test_auto_leaves_lines_that_no_developable_strip_can_cross():
+    # z = k x y: its parameter lines are asymptotic, its principal lines run diagonally.
+    saddle = FormulaSurface("u", "v", "4e-5 * u * v", (-4e3, 4e3), (-4e3, 4e3))
+    found = start(saddle, "auto", 8, 8)
+    assert found.method == "principal"
+    assert found.candidates[0].works
+    iso = [c for c in found.candidates if c.method == "iso"]
+    assert len(iso) == 2
+    assert not any(c.works for c in iso)
+    assert "after a short fit" in found.why
 
 
 @pytest.mark.parametrize("counts", [(6, 10), (16, 24), (3, 7)])

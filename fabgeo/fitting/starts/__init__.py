@@ -6,7 +6,7 @@ Every method has its file; `start` calls it, checks the result for folds and say
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from inspect import signature
 from typing import Any
@@ -22,6 +22,7 @@ from fabgeo.fitting.starts.network import network_start
 from fabgeo.fitting.starts.principal import principal_start
 from fabgeo.fitting.starts.quality import Quality, check_folds, quality
 from fabgeo.fitting.starts.sections import sections_start
+from fabgeo.fitting.starts.trial import UNTWISTED, trial_twist
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.trace_extension import Extended
@@ -38,7 +39,6 @@ _STARTS: dict[str, Callable[..., tuple[StripModel, list[str]]]] = {
 }
 METHODS: tuple[str, ...] = ("auto", *_STARTS)
 # Options of `draw.model_of_net` that several methods pass on.
-ENOUGH = 4.0  # score from which "auto" also tries the starts that trace lines on the surface
 _FURTHER = (
     ("principal", "larger"),
     ("principal", "smaller"),
@@ -50,7 +50,10 @@ _SHARED = ("sag", "conjugate", "project", "ends")
 
 @dataclass(frozen=True)
 class Candidate:
-    """One start that was tried: its method, direction, figures, and what spoke against it."""
+    """One start that was tried: its method, direction, figures, and what spoke against it.
+
+    `trial` is the twist in degrees that a short fit of it left, None if none was made.
+    """
 
     method: str
     direction: str
@@ -58,6 +61,12 @@ class Candidate:
     problem: str = ""
     model: StripModel | None = field(default=None, repr=False)
     notes: tuple[str, ...] = ()
+    trial: float | None = None
+
+    @property
+    def works(self) -> bool:
+        """Whether a short fit made it developable."""
+        return self.trial is not None and self.trial <= UNTWISTED
 
     @property
     def name(self) -> str:
@@ -69,12 +78,18 @@ class Candidate:
         """The lower the better: degrees of twist, uncovered area and uneven widths in one number.
 
         A degree of twist weighs as much as 1 % of the surface uncovered or as widths 20 % over the
-        mean; a fold excludes.
+        mean, one that a short fit left five times as much; a fold excludes.
         """
         q = self.quality
         if q is None or q.folds > 0.0:
             return float("inf")
-        return q.twist_rms + 100.0 * (1.0 - q.coverage) + 5.0 * (q.width_ratio - 1.0)
+        twist = q.twist_rms if self.trial is None else 5.0 * self.trial
+        return twist + 100.0 * (1.0 - q.coverage) + 5.0 * (q.width_ratio - 1.0)
+
+    def told(self) -> str:
+        """Its figures, or what spoke against it."""
+        after = "" if self.trial is None else f", {self.trial:.2g} deg after a short fit"
+        return self.problem or f"{self.quality}{after}"
 
 
 @dataclass(frozen=True)
@@ -189,9 +204,14 @@ def _auto(
 ) -> Start:
     asked = strips, segments
     tried = [_tried(surface, *asked, *plan, options) for plan in _plans(surface, direction)]
-    if direction is None and min(c.score for c in tried) > ENOUGH and len(surface.loops) == 1:
-        tried += [_tried(surface, *asked, *plan, options) for plan in _FURTHER]
-    tried.sort(key=lambda c: c.score)
+    if len(tried) > 1:
+        tried = _trials(tried, surface)
+        further = direction is None and len(surface.loops) == 1
+        if further and not any(c.works for c in tried):
+            tried += _trials(
+                [_tried(surface, *asked, *plan, options) for plan in _FURTHER], surface
+            )
+    tried.sort(key=lambda c: (c.score == float("inf"), c.trial is None, c.score))
     best = tried[0]
     if best.model is None or best.score == float("inf"):
         reasons = "; ".join(f"{c.name}: {c.problem}" for c in tried)
@@ -204,6 +224,19 @@ def _auto(
         list(best.notes),
         _reference(best.model, surface),
     )
+
+
+def _trials(candidates: list[Candidate], surface: DesignSurface) -> list[Candidate]:
+    """The candidates from the best on, with short fits of them until one works."""
+    done: list[Candidate] = []
+    for candidate in sorted(candidates, key=lambda c: c.score):
+        model = candidate.model
+        if model is None or candidate.score == float("inf") or any(c.works for c in done):
+            done.append(candidate)
+        else:
+            twist = trial_twist(model, _reference(model, surface))
+            done.append(replace(candidate, trial=twist))
+    return done
 
 
 def _tried(
@@ -249,9 +282,9 @@ def _reference(model: StripModel, surface: DesignSurface) -> DesignSurface:
 
 def _why(tried: list[Candidate]) -> str:
     best, *others = tried
-    words = f"{best.name}: {best.quality}"
+    words = f"{best.name}: {best.told()}"
     for other in others:
-        words += f"; {other.name}: {other.problem or other.quality}"
+        words += f"; {other.name}: {other.told()}"
     return f"chosen as the least twisted, most even and most covering of {len(tried)}: {words}"
 
 

@@ -1,0 +1,37 @@
+"""What becomes of a start: a short fit of a small version of it, before one is chosen.
+
+How much a start twists says little of how far it will untwist: a conjugate net held to a boundary
+that no net can follow looks good and stays as it is. A few steps tell.
+"""
+
+from __future__ import annotations
+
+from fabgeo.errors import FabgeoError
+from fabgeo.fitting.fit import fit
+from fabgeo.fitting.options import FitOptions
+from fabgeo.fitting.starts.model import model_start
+from fabgeo.strips.model import StripModel
+from fabgeo.surfaces.base import DesignSurface
+
+MOST_STRIPS, MOST_SEGMENTS = 14, 16  # of the small version
+UNTWISTED = 0.03  # degrees: what is reached in so few steps is a start that works
+OPTIONS = FitOptions(
+    twist_limit_deg=UNTWISTED, minimise="rms", levels=0, refinements=0, stages=6, iterations=10
+)
+
+
+def trial_twist(model: StripModel, reference: DesignSurface) -> float:
+    """Largest twist in degrees that a short fit leaves; infinite where it folds at once."""
+    try:
+        return float(fit(reference, _small(model), options=OPTIONS).statistics["twist_max_deg"])
+    except FabgeoError:
+        return float("inf")
+
+
+def _small(model: StripModel) -> StripModel:
+    strips, segments = min(model.strips, MOST_STRIPS), min(model.segments, MOST_SEGMENTS)
+    if model.closed_u:
+        segments = min(model.segments, 2 * MOST_SEGMENTS)
+    if model.closed_i:
+        strips = min(model.strips, 2 * MOST_STRIPS)
+    return model_start(None, strips, segments, seed=model)[0]
