@@ -86,8 +86,8 @@ class Strips(Table):
 class Panels(Table):
     """Panels on the strips: length along the strip, joint, layers and class tolerances.
 
-    `width` limits their width across: strips that are wider anywhere are all divided evenly along
-    their rulings, and are counted after that. `trim` cuts panels along the boundary of the surface
+    `width` limits their width across: a strip that is wider anywhere is divided evenly along its
+    rulings; strips are counted after that. `trim` cuts panels along the boundary of the surface
     where the model overhangs it; absent: yes, unless cells or beams go on below them. `materials`
     names the material of single panels by their marks, others are of `material`. `ends` is how far
     a simpler shape may move the ends of panels along the strip, mm; absent: the joint's width over
@@ -136,6 +136,7 @@ class Cells(Table):
 class Beams(Table):
     """Curved beams along the edges, below the panels.
 
+    Layout "mesh": straight beams from panel joint to panel joint, on a quad mesh.
     Between segments: end plates of a thickness, or a root gap and a V groove of `bevel` degrees.
     """
 
@@ -149,9 +150,19 @@ class Beams(Table):
     edges: list[int] | None = None
     flanges: Literal["trajectory", "envelope"] = "trajectory"
     cuts: list[NonNegative] | None = None
+    layout: Literal["curved", "mesh"] = "curved"
     end_plate: NonNegative = 0.0
     weld_gap: NonNegative = 0.0
     bevel: Annotated[float, Field(ge=0.0, le=120.0)] = 0.0
+
+
+class Crossed(Beams):
+    """Beams of a second strip model whose strips run across those of the first.
+
+    `model` is the path of its ``strips.json`` (of an earlier build), relative to the project file.
+    """
+
+    model: str
 
 
 class Connectors(Table):
@@ -258,6 +269,7 @@ class Project(Table):
     panels: Panels | None = None
     cells: Cells | None = None
     beams: Beams | None = None
+    crossed: Crossed | None = None
     connectors: Connectors | None = None
     nesting: Nesting | None = None
     cutting: Cutting = Cutting()
@@ -289,6 +301,10 @@ class Project(Table):
             if material not in self.materials and material not in MATERIALS:
                 known = sorted({*self.materials, *MATERIALS})
                 raise ValueError(f"{path}: unknown material {material!r}{_mean(material, known)}")
+        if self.crossed and not self.beams:
+            raise ValueError("[crossed] runs across [beams]: both are needed")
+        if self.crossed and self.crossed.layout == "mesh":
+            raise ValueError('crossed.layout: the second model\'s beams are "curved"')
         if self.connectors and not (self.panels and self.beams):
             raise ValueError("[connectors] join [panels] to [beams]: both are needed")
         if self.strips.start == "model" and self.strips.model is None:
@@ -311,7 +327,7 @@ class Project(Table):
 def _materials_used(project: Project) -> list[tuple[str, str]]:
     used = [(f"materials.{name}", name) for name in project.materials]
     used += [(f"stock[{k}]", sheet.material) for k, sheet in enumerate(project.stock)]
-    for name in ("panels", "cells", "beams"):
+    for name in ("panels", "cells", "beams", "crossed"):
         table = getattr(project, name)
         if table is not None:
             used.append((name, table.material))

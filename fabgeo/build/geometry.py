@@ -72,6 +72,10 @@ class Design:
         The offset pair that bounds the cells.
     trims : Trims or None
         What became of the panels that overhang the surface's boundary; None if none was cut.
+    saved : str
+        What choosing panels together saves, and at most could.
+    remarks : tuple of str
+        What was measured of a structure of two layers.
     """
 
     project: Project
@@ -92,13 +96,17 @@ class Design:
     complaints: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     pair: Offset | None = None
     trims: Trims | None = None
+    saved: str = ""
+    remarks: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What people should know of the model: why its fit fell short, what trimming cut."""
         fit = self.fit
         why = () if fit.status == "converged" else (f"fit {fit.status}: {fit.reason}",)
-        return why if self.trims is None else (*why, f"trim: {self.trims}")
+        trims = () if self.trims is None else (f"trim: {self.trims}",)
+        saved = (self.saved,) if self.saved else ()
+        return (*why, *trims, *saved, *self.remarks)
 
     @property
     def plates(self) -> tuple[Plate, ...]:
@@ -113,7 +121,7 @@ def lanes_of(project: Project, model: StripModel) -> StripModel:
     if widest is None:
         return model
     _, widths = model.rulings(model.parameters())
-    return model.divided(int(np.ceil(widths.max() / widest - 1e-9)))
+    return model.divided([int(np.ceil(w / widest - 1e-9)) for w in widths.max(axis=1)])
 
 
 def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
@@ -134,11 +142,14 @@ def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
 
 def panels_of(
     project: Project, model: StripModel, patches: tuple[Patch, ...]
-) -> tuple[tuple[Plate, ...], dict[str, PanelChoice]]:
-    """Net panels on the shapes that they are made as, and why; see `fabgeo.build.materials`."""
+) -> tuple[tuple[Plate, ...], dict[str, PanelChoice], str]:
+    """Net panels on the shapes that they are made as, why, and what choosing them together saves.
+
+    See `fabgeo.build.materials` for how they are formed.
+    """
     asked = project.panels
     if asked is None:
-        return (), {}
+        return (), {}, ""
     layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
     net = layers.panels(model, patches, layer, layers.Joint(asked.joint, asked.joint))
     inputs = inputs_of(project, model, patches)
@@ -149,8 +160,9 @@ def panels_of(
 
         few, step = asked.radii, asked.radii_step
         joint = choose(inputs, tolerances, costs, SPRINGING, radii=few, radii_step=step)
-        choices = list(joint.panels)
+        choices, saved = list(joint.panels), f"panels: {joint}"
     else:
+        saved = ""
         choices = classify(inputs, tolerances, costs, SPRINGING)
     made = []
     for k, (plate, choice) in enumerate(zip(net, choices, strict=True)):
@@ -159,7 +171,7 @@ def panels_of(
         except GeometryError as error:
             choices[k] = choice.as_fitted(f"{choice.cls}: {error.problem}", costs.developable)
             made.append(plate)
-    return tuple(made), {choice.mark: choice for choice in choices}
+    return tuple(made), {choice.mark: choice for choice in choices}, saved
 
 
 def inputs_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> list[PanelInput]:
@@ -262,11 +274,11 @@ def _walls(
     if asked is None:
         return []
     plate = (asked.wall_thickness, asked.material)
-    if of_beams is not None and of_beams.edges is None:
+    if of_beams is not None and of_beams.edges is None and of_beams.layout == "curved":
         return coped_walls(
             model,
             patches,
-            _section(of_beams),
+            section_of(of_beams),
             *plate,
             construction=of_beams.flanges,
             field=field,
@@ -284,7 +296,14 @@ def _beams(project: Project, model: StripModel) -> list[Beam]:
         raise InputError(
             "beams.edges", f"the model has edges 0 to {model.edges - 1}, found {max(asked.edges)}"
         )
-    rule = BeamRule(
+    if asked.layout == "mesh":
+        return []  # made by `fabgeo.build.mixed`
+    return beams(model, section_of(asked), beam_rule(project, asked), asked.edges)
+
+
+def beam_rule(project: Project, asked: Beams) -> BeamRule:
+    """How beams are cut and joined."""
+    return BeamRule(
         at=None if asked.cuts is None else tuple(asked.cuts),
         box=project.limits.transport_mm,
         gap=asked.weld_gap,
@@ -292,10 +311,10 @@ def _beams(project: Project, model: StripModel) -> list[Beam]:
         bevel=asked.bevel,
         construction=asked.flanges,
     )
-    return beams(model, _section(asked), rule, asked.edges)
 
 
-def _section(asked: Beams) -> Section:
+def section_of(asked: Beams) -> Section:
+    """The beams' section."""
     return Section(
         outer=-asked.standoff,
         depth=asked.depth,

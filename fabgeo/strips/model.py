@@ -14,7 +14,7 @@ patch
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -109,25 +109,35 @@ class StripModel:
         """The same model with other control points (and other attributes, if given)."""
         return replace(self, control=control, **changes)
 
-    def divided(self, count: int) -> StripModel:
-        """Every strip parted along its rulings into `count` of equal width, the same surface.
+    def divided(self, counts: int | Sequence[int]) -> StripModel:
+        """Every strip parted along its rulings into parts of equal width, the same surface.
 
         The curve at v = k / count of a ruled strip is the spline of the interpolated control
         points, so nothing moves and every part is as developable as its strip.
 
+        Parameters
+        ----------
+        counts : int or sequence of int
+            Parts of every strip, or of each.
+
         Raises
         ------
         InputError
-            If `count` is less than 1.
+            If a count is less than 1, or there is not one for each strip.
         """
-        if count < 1:
-            raise InputError("StripModel.divided", f"expected 1 part or more, found {count}")
-        first, second = self.pairs(self.control)
-        parts = [first + k / count * (second - first) for k in range(count)]
-        control = np.stack(parts, axis=1).reshape(-1, *self.control.shape[1:])
+        each = [counts] * self.strips if isinstance(counts, int) else list(counts)
+        if len(each) != self.strips or min(each) < 1:
+            raise InputError(
+                "StripModel.divided", f"expected 1 part or more of {self.strips} strips each"
+            )
+        parts = [
+            first + k / count * (second - first)
+            for first, second, count in zip(*self.pairs(self.control), each, strict=True)
+            for k in range(count)
+        ]
         if not self.closed_i:
-            control = np.concatenate([control, self.control[-1:]])
-        return self.with_control(control)
+            parts.append(self.control[-1])
+        return self.with_control(np.array(parts))
 
     def refined(self) -> StripModel:
         """Every knot span halved, the same surface; parameters double."""
