@@ -26,6 +26,7 @@ from fabgeo.build.geometry import (
     structure_of,
 )
 from fabgeo.build.materials import in_materials
+from fabgeo.build.mixed import crossed_by, straightened
 from fabgeo.build.model import fit_of, outwards, start_of
 from fabgeo.build.nests import nests_of
 from fabgeo.build.package import Package, write_package
@@ -36,6 +37,7 @@ from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.fitting.starts import Start
 from fabgeo.project import Project, read_project
 from fabgeo.strips.model import Patch, StripModel
+from fabgeo.structures.fixing import Fixing
 
 __all__ = ["Design", "Package", "build_package", "design"]
 
@@ -48,6 +50,7 @@ def design(
     clock: Clock | None = None,
     cache: Cache | None = None,
     jobs: int | None = None,
+    fixing: Fixing | None = None,
 ) -> Design:
     """All geometry of a project, nothing written.
 
@@ -64,6 +67,9 @@ def design(
         What earlier builds left.
     jobs : int, optional
         As in `build_package`.
+    fixing : Fixing, optional
+        A fixing of the user's own in place of the project's (which still says that there are
+        any): its `maker` draws the bracket, its holes are drilled.
 
     Raises
     ------
@@ -87,23 +93,29 @@ def design(
     with clock.stage("panels"):
         lanes = lanes_of(project, model)
         patches = patches_of(project, lanes)
-        panels, choices = cache.once(
-            "panels",
+        panels, choices, saved = cache.once(
+            "choice",
             _panelled(project, lanes, patches),
             partial(panels_of, project, lanes, patches),
         )
         layers = layers_of(project, lanes, patches)
     made = Design(project, surface, initial, fitted, model, lanes, patches, panels, choices, layers)
+    made = replace(made, saved=saved)
     if trims_panels(project, initial):
         with clock.stage("trim"):
             made = trimmed(made)
     made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
-            made = replace(made, **_structure(project, lanes, patches, cache))
+            made = straightened(replace(made, **_structure(project, lanes, patches, cache)))
     if project.connectors:
         with clock.stage("connectors"):
-            made = replace(made, **fixings_of(project, made.panels, made.beams, jobs, cache))
+            made = replace(
+                made, **fixings_of(project, made.panels, made.beams, jobs, cache, fixing)
+            )
+    if project.crossed:
+        with clock.stage("crossed"):
+            made = crossed_by(made, base)
     return made
 
 
@@ -115,12 +127,13 @@ def build_package(
     jobs: int | None = None,
     fresh: bool = False,
     listener: Listener | None = None,
+    fixing: Fixing | None = None,
 ) -> Package:
     """Build the hand-over package of a project into a folder.
 
     Parameters
     ----------
-    project, base, listener
+    project, base, listener, fixing
         As in `design`.
     jobs : int, optional
         Processes for work that is independent per part; by default what joblib's
@@ -145,7 +158,7 @@ def build_package(
         cache = Cache(folder.cache, fresh)
         if fresh:
             folder.forget()
-        made = design(project, base=base, clock=clock, cache=cache, jobs=jobs)
+        made = design(project, base=base, clock=clock, cache=cache, jobs=jobs, fixing=fixing)
         with clock.stage("unfold", len(made.plates)):
             flats = flats_of(made.project, made.plates, jobs, clock, cache)
             refuse_oversize(made.project, made.plates, flats)

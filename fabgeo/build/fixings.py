@@ -73,13 +73,14 @@ def fixings_of(
     beams: Sequence[Beam],
     jobs: int | None = None,
     cache: Cache | None = None,
+    own: Fixing | None = None,
 ) -> dict[str, Any]:
     """Fixings along both edges of every panel, strip by strip: what a `Design` takes of them.
 
-    Panels and beams are drilled; complaints name, by panel mark, places without fixing (warn) and
-    clashes (fail).
+    `own` is the user's fixing in place of the project's. Panels and beams are drilled; complaints
+    name, by panel mark, places without fixing (warn) and clashes (fail).
     """
-    fixing = fixing_of(project)
+    fixing = own or fixing_of(project)
     rows: dict[int, list[Plate]] = defaultdict(list)
     for panel in panels:
         rows[int(panel.mark.split("-")[1])].append(panel)

@@ -45,7 +45,7 @@ material = "aluminium"
 # materials = { P-02-01 = "glass" }   # of single panels, by mark
 tolerance = 1.0           # how far a flat, cylindrical or conical panel may leave the fitted one
 angle = 1.0               # and how much kink it may add between neighbours
-# ends = 30.0             # how far their ends may move along the strip; both sides of a joint follow
+# ends = 30.0             # how far their ends may move along the strip, neighbours with them
 # radii = 4               # most different radii of cylinders, or a list of them in mm
 # radii_step = 100.0      # radii are multiples of this
 # choice = "joint"        # all panels chosen together; "single": one by one
@@ -61,6 +61,10 @@ angle = 1.0               # and how much kink it may add between neighbours
 # flange = 10.0
 # web = 8.0
 # end_plate = 12.0        # between segments; or welded: weld_gap = 3.0 and bevel = 60.0 (degrees)
+# layout = "curved"       # "mesh": straight from panel joint to panel joint
+
+# [crossed]               # beams of a second model that runs across; keys as in [beams]
+# model = "strips.json"   # of an earlier build
 
 # [connectors]
 # spacing = 800.0

@@ -1,4 +1,4 @@
-"""Structures of two layers (paper section 3, Fig. 7): quad mesh with strips, crossed strips.
+"""Strips attached to a quad mesh of beams (paper section 3, Fig. 7), and what models admit.
 
 Glossary
 --------
@@ -15,17 +15,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from fabgeo import spline
-from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
+from fabgeo.arrays import Array, checked, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import axes
-from fabgeo.strips.distances import project
-from fabgeo.strips.frames import frames
 from fabgeo.strips.model import StripModel
 from fabgeo.strips.ruled import RuledPatch
-from fabgeo.structures.beams import BeamRule, Section, beams
+from fabgeo.structures.beamline import Section
 from fabgeo.structures.parts import Beam, Plate, Role
 
 
@@ -127,6 +124,7 @@ def mesh_beams(
     for i in range(len(layered.nodes)) if edges is None else edges:
         for j in range(layered.nodes.shape[1] - 1):
             mark = f"B-{i:02d}-{j + 1}"
+            span = float(layered.u[j]), float(layered.u[j + 1])
             a, b = layered.nodes[i, j], layered.nodes[i, j + 1]
             t = unit(b - a)
             na, nb = n[i, j], n[i, j + 1]
@@ -145,7 +143,7 @@ def mesh_beams(
                 for level in (levels["web_in"], levels["web_out"])
                 for x, v in ((a, na), (b, nb))
             ]
-            plates = [_straight(f"{mark}-WEB", mark, "web", web, section.web, section)]
+            plates = [_straight(f"{mark}-WEB", mark, "web", web, section.web, section, span)]
             flanges: list[tuple[str, Role, str, float, float]] = [
                 ("FLO", "flange_outer", "flange_out", section.width_outer, section.flange_outer),
                 ("FLI", "flange_inner", "flange_in", section.width_inner, section.flange_inner),
@@ -155,11 +153,16 @@ def mesh_beams(
                     ends = [_along(x, v, up, levels[key]) for x, v in ((a, na), (b, nb))]
                     half = width / 2.0 * side
                     corners = [ends[0] - half, ends[1] - half, ends[0] + half, ends[1] + half]
-                    plates.append(_straight(f"{mark}-{name}", mark, role, corners, t_f, section))
-            info = {"length": float(np.linalg.norm(b - a)), "camber": 0.0, "construction": "mesh"}
-            made.append(
-                Beam(mark, i, float(layered.u[j]), float(layered.u[j + 1]), tuple(plates), info)
-            )
+                    plate = f"{mark}-{name}"
+                    plates.append(_straight(plate, mark, role, corners, t_f, section, span))
+            info = {
+                "length": float(np.linalg.norm(b - a)),
+                "camber": 0.0,
+                "construction": "mesh",
+                "depth_min": section.depth,
+                "depth_max": section.depth,
+            }
+            made.append(Beam(mark, i, *span, tuple(plates), info))
     return made
 
 
@@ -169,96 +172,20 @@ def _along(node: Array, axis: Array, up: Array, level: float) -> Array:
 
 
 def _straight(
-    mark: str, parent: str, role: Role, corners: list[Array], thickness: float, section: Section
+    mark: str,
+    parent: str,
+    role: Role,
+    corners: list[Array],
+    thickness: float,
+    section: Section,
+    span: tuple[float, float],
 ) -> Plate:
     s = (np.arange(4) / 3.0)[:, None]
     poles = np.stack(
         [corners[0] + s * (corners[1] - corners[0]), corners[2] + s * (corners[3] - corners[2])]
     )
-    mid = RuledPatch(np.array([0.0] * 4 + [1.0] * 4), poles)
+    mid = RuledPatch(np.repeat(np.array(span), 4), poles)
     return Plate(mark, parent, role, mid, thickness, section.material)
-
-
-@dataclass(frozen=True)
-class Crossed:
-    """Two strip models crossed: beams of both, and how well they match.
-
-    Attributes
-    ----------
-    outer, inner : list of Beam
-    angle_min_deg : float
-        Least angle between an edge of one and the nearest edge of the other: 90 where they
-        cross squarely.
-    gap_min, gap_max : float
-        Distance between the two models, measured at samples of the outer one, mm.
-    """
-
-    outer: list[Beam]
-    inner: list[Beam]
-    angle_min_deg: float
-    gap_min: float
-    gap_max: float
-
-
-def crossed(
-    outer: StripModel,
-    inner: StripModel,
-    sections: tuple[Section, Section],
-    rule: BeamRule | None = None,
-) -> Crossed:
-    """Beams of two crossed strip models, the smooth direction of one along the strips of the other.
-
-    Raises
-    ------
-    GeometryError
-        If a model admits no beams, or their edges run along rather than across each other.
-    """
-    f, g = frames(outer, outer.parameters(4)), frames(inner, inner.parameters(4))
-    p0, p1 = g.sides(g.p)
-    _, near = KDTree(((p0 + p1) / 2.0).reshape(-1, 3)).query(f.p.reshape(-1, 3))
-    strip, column = np.divmod(near, len(g.u))
-    p = f.p.reshape(-1, 3)
-    gap, u, v = project(inner, p, strip, g.u[column], np.full(len(p), 0.5))
-    over = _inside(inner, strip, u, v)
-    if not over.any():
-        raise GeometryError("crossed models", "don't lie over each other", "move one of them")
-    s = _directions(inner, strip, u, v)
-    angle = np.degrees(np.arccos(np.minimum(np.abs(dot(f.t.reshape(-1, 3), s)), 1.0)))
-    angle = np.where(over, angle, 90.0)
-    at = int(np.argmin(angle))
-    if angle[at] < 30.0:
-        edge, column = divmod(at, len(f.u))
-        raise GeometryError(
-            f"crossed models, outer edge {edge} at u = {f.u[column]:.3g}",
-            f"edges of both models meet at {angle[at]:.1f} deg; expected 30 deg or more",
-            "let the strips of one model run across those of the other",
-        )
-    gap = gap[over]
-    return Crossed(
-        beams(outer, sections[0], rule),
-        beams(inner, sections[1], rule),
-        float(angle.min()),
-        float(gap.min()),
-        float(gap.max()),
-    )
-
-
-def _inside(model: StripModel, strip: IntArray, u: Array, v: Array) -> BoolArray:
-    """Which feet lie within the model, not on its free boundary."""
-    inside = np.ones(len(u), dtype=bool)
-    if not model.closed_u:
-        inside &= (u > 0.0) & (u < model.segments)
-    if not model.closed_i:
-        inside &= ~((strip == 0) & (v <= 0.0)) & ~((strip == model.strips - 1) & (v >= 1.0))
-    return inside
-
-
-def _directions(model: StripModel, strip: IntArray, u: Array, v: Array) -> Array:
-    """Unit u-directions of the model at strips, u, v (k,): the edges' direction there."""
-    rows = np.arange(len(u))
-    d0, d1 = model.pairs(model.points(u, 1))
-    d0, d1 = d0[strip, rows], d1[strip, rows]
-    return unit(d0 + v[:, None] * (d1 - d0))
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,10 @@ from fabgeo.structures.boxes import oriented_box
 from fabgeo.structures.cells import cells
 from fabgeo.structures.clashes import clashes, clear_distance
 from fabgeo.structures.connectors import connect
+from fabgeo.structures.crossed import crossed
 from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.masses import DENSITIES, plate_mass, together
-from fabgeo.structures.mixed import admits, attach, crossed, mesh_beams, strips_on_mesh
+from fabgeo.structures.mixed import admits, attach, mesh_beams, strips_on_mesh
 from fabgeo.structures.panels import Joint, Layer, panels
 from fabgeo.structures.parts import Prism
 from fabgeo.structures.patches import CutRule, cut, cut_lengths
