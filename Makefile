@@ -2,12 +2,12 @@
 #   make demo   builds the roof of the Great Court into outputs/great-court
 #   make test   runs the everyday tests
 PYTHON ?= python3
-EXTRAS := fast,cadquery,rhino,ifc,fasteners,cluster,dev
+EXTRAS := fast,cadquery,rhino,ifc,fasteners,cluster,docs,dev
 BIN := .venv/bin
 READY := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow style types lint bench bare clean
+.PHONY: help demo test test-slow style types lint bench bare docs clean
 
 help:
 	@sed -n '2,3s/^# *//p' Makefile
@@ -45,6 +45,10 @@ lint: style types
 
 bench: $(READY)
 	@for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+
+docs: $(READY)
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs outputs/docs
+	@echo "Open outputs/docs/index.html in a browser."
 
 bare:
 	sh .ci/bare "$(PYTHON)"

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import fabgeo
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
@@ -21,6 +23,21 @@ def test_the_tutorial_runs(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert "degrees of twist" in done.stdout
+
+
+@pytest.mark.slow
+def test_the_manual_is_made_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("sphinx", reason="needs the extra docs")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
+    done = subprocess.run([*command, DOCS, tmp_path], capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr[-3000:]
+    for page in ("index", "tutorial", "reference", "gallery", "mathematics"):
+        assert (tmp_path / f"{page}.html").exists()
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    named = set(re.findall(r":: fabgeo\.(\w+)", (DOCS / "reference.rst").read_text()))
+    assert set(fabgeo.__all__) - {"__version__"} <= named
 
 
 def test_links_between_pages_lead_somewhere() -> None:
