@@ -118,7 +118,7 @@ def minimise(
         damping = max(damping * max(1.0 / 5.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-13)
         growth = 2.0
         x, cost, costs = trial, found, trial_costs
-        if listener is not None and listener(steps[-1]) is False:
+        if listener is not None and not listener(steps[-1]):
             outcome = "interrupted"
             break
         settled = relative < gain and bool(change.max() < OF_A_GROUP * gain)

@@ -241,7 +241,8 @@ class Run:
             progress = Progress(
                 number, self.level.net.segments, step.iteration, step.cost, step.gain, self.weight
             )
-            self.interrupted = self.listener(progress) is False
+            answer = self.listener(progress)
+            self.interrupted = answer is not None and not answer
             return not self.interrupted
 
         solution = minimise(
