@@ -22,6 +22,21 @@ if TYPE_CHECKING:
 
 OK, FAILED, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
+TRADEOFF = {
+    "deviation_mm": ("mm", "{:g}"),
+    "kink_deg": ("deg", "{:g}"),
+    "flat": ("flat", "{:.0%}"),
+    "cylinder": ("cyl.", "{:.0%}"),
+    "cone": ("cone", "{:.0%}"),
+    "developable": ("dev.", "{:.0%}"),
+    "cost": ("cost", "{:g}"),
+    "bound": ("least", "{:.0f}"),
+    "one_by_one": ("alone", "{:g}"),
+    "radii": ("radii", "{}"),
+    "gap_max_mm": ("gap", "{:.2f}"),
+    "kink_max_deg": ("kink", "{:.2f}"),
+}
+
 app = typer.Typer(
     name="fabgeo",
     help="From a freeform architectural surface to the files a workshop cuts from.",
@@ -124,7 +139,9 @@ def tradeoff(
     if as_json:
         _print_json(table)
     else:
-        _print_rows("Panel classes by tolerance", table["rows"])
+        _print_rows(f"What {table['panels']} panels could be made as", table["rows"], TRADEOFF)
+        for line in table["notes"]:
+            typer.echo(line)
 
 
 def main() -> NoReturn:
@@ -233,15 +250,19 @@ def _plain(value: Any) -> str:
     return "none" if value is None else str(value)
 
 
-def _print_rows(title: str, rows: list[dict[str, Any]]) -> None:
+def _print_rows(
+    title: str, rows: list[dict[str, Any]], columns: dict[str, tuple[str, str]]
+) -> None:
+    """A table within 80 columns: key of a row to its heading and format."""
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title)
-    for column in rows[0] if rows else ():
-        table.add_column(column, justify="right")
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for heading, _ in columns.values():
+        table.add_column(heading, justify="right", no_wrap=True)
     for row in rows:
-        table.add_row(*(f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()))
+        table.add_row(*(form.format(row[key]) for key, (_, form) in columns.items()))
     Console().print(table)
 
 

@@ -18,6 +18,12 @@ from fabgeo.project import read_project
 
 DEVIATIONS_MM = (1.0, 3.0, 6.0)
 ANGLES_DEG = (0.5, 1.0, 3.0)
+NOTES = (
+    "mm, deg: tolerances of deviation and added kink. Shares of the panels by class.",
+    "cost: chosen together; least: no choice and no placement costs less (proven by the solver);",
+    "alone: chosen panel by panel. radii: different radii of cylinders. gap (mm) and added kink",
+    "(degrees): the largest between panels as made.",
+)
 
 
 def tradeoff_of(
@@ -38,7 +44,7 @@ def tradeoff_of(
     -------
     dict
         `rows`: one mapping a pair of tolerances (see `fabgeo.panels.tradeoff.TradeOffRow`);
-        `panels`: how many; `files`: what was written.
+        `panels`: how many; `notes`: what the columns mean; `files`: what was written.
 
     Raises
     ------
@@ -68,7 +74,12 @@ def tradeoff_of(
             sheet_of(project),
         )
         rows = list(clock.each(found))
-    result = {"panels": len(panels), "rows": [asdict(row) for row in rows], "files": []}
+    result: dict[str, Any] = {
+        "panels": len(panels),
+        "rows": [asdict(row) for row in rows],
+        "notes": list(NOTES),
+        "files": [],
+    }
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         with (out / "tradeoff.csv").open("w", newline="", encoding="utf-8") as file:

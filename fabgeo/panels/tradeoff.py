@@ -29,8 +29,9 @@ class TradeOffRow:
         The tolerances.
     flat, cylinder, cone, developable : float
         Shares of the panels, 0 to 1.
-    cost, floor, one_by_one : float
-        Sum of costs, the floor under it, and the cost chosen panel by panel.
+    cost, bound, floor, one_by_one : float
+        Sum of costs, what no choice undercuts (proven by the solver), what no panel by itself
+        undercuts, and the cost chosen panel by panel.
     radii : int
         Distinct cylinder radii, to 1 mm.
     gap_max_mm, kink_max_deg : float
@@ -44,6 +45,7 @@ class TradeOffRow:
     cone: float
     developable: float
     cost: float
+    bound: float
     floor: float
     one_by_one: float
     radii: int
@@ -59,13 +61,17 @@ def trade_off(
     costs: Costs | None = None,
     sheet: Sheet | None = None,
     rounds: int = 2,
+    seconds: float = 10.0,
 ) -> Iterator[TradeOffRow]:
-    """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`."""
+    """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`.
+
+    `seconds` limits the programmes of each pair, see `fabgeo.panels.choose.choose`.
+    """
     base = tolerances or Tolerances()
     for deviation in deviations_mm:
         for kink in kinks_deg:
             limits = replace(base, deviation_mm=deviation, kink_deg=kink)
-            found = choose(panels, limits, costs, sheet, rounds=rounds)
+            found = choose(panels, limits, costs, sheet, rounds=rounds, seconds=seconds)
             count = len(found.panels)
             shares = {c: sum(p.cls == c for p in found.panels) / count for c in CLASSES}
             yield TradeOffRow(
@@ -73,6 +79,7 @@ def trade_off(
                 kink_deg=kink,
                 **shares,
                 cost=found.cost,
+                bound=found.bound,
                 floor=found.floor,
                 one_by_one=found.one_by_one,
                 radii=distinct_radii(found.panels),
@@ -89,14 +96,14 @@ def distinct_radii(panels: Sequence[PanelChoice]) -> int:
 def table(rows: Sequence[TradeOffRow]) -> str:
     """The rows as a Markdown table."""
     head = (
-        "deviation mm | kink deg | flat % | cylinder % | cone % | developable % | cost | floor "
-        "| one by one | radii | gap mm | kink added deg"
+        "deviation mm | kink deg | flat % | cylinder % | cone % | developable % | cost "
+        "| least | one by one | radii | gap mm | kink added deg"
     )
     lines = [f"| {head} |", "|" + "---|" * (head.count("|") + 1)]
     for r in rows:
         shares = " | ".join(f"{100 * getattr(r, c):.0f}" for c in CLASSES)
         lines.append(
-            f"| {r.deviation_mm:g} | {r.kink_deg:g} | {shares} | {r.cost:g} | {r.floor:g} "
+            f"| {r.deviation_mm:g} | {r.kink_deg:g} | {shares} | {r.cost:g} | {r.bound:.0f} "
             f"| {r.one_by_one:g} | {r.radii} | {r.gap_max_mm:.2f} | {r.kink_max_deg:.2f} |"
         )
     return "\n".join(lines)
