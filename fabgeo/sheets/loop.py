@@ -38,6 +38,7 @@ def knapsack_loop(
     seed: int,
     steps: int | None,
     sound: Callable[[Stock, list[Placement]], bool],
+    stopped: Callable[[], bool] = lambda: False,
 ) -> Layout:
     """Fill one sheet after the other until no piece waits, no stock is left or time is up.
 
@@ -49,12 +50,14 @@ def knapsack_loop(
         Tries a sheet and stock size; without effect of `end` then.
     sound : callable
         The exact check of one sheet.
+    stopped : callable
+        Whether somebody asks to leave off.
     """
     loop = _Loop(rules, end, steps, sound, np.random.default_rng(seed))
     waiting = sorted(pieces, key=lambda piece: -piece.area)
     left = {stock.name: stock.quantity for stock in rules.stocks}
     layout: Layout = []
-    while waiting:
+    while waiting and not stopped():
         found = loop.best_sheet(waiting, [s for s in rules.stocks if left[s.name] != 0])
         if found is None:
             break
@@ -104,7 +107,7 @@ class _Loop:
                 break
             chosen = [_draw(able[stock.name], self.random) for stock in stocks]
             for stock, placed in zip(stocks, self._round(stocks, chosen, share), strict=True):
-                fill = sum(areas[placement.mark] for placement in placed) / _price(stock)
+                fill = sum(areas[placement.mark] for placement in placed) / stock.price
                 if placed and fill > most and self.sound(stock, placed):
                     best, most = (stock, placed), fill
             if all(len(some) == len(waiting) for some in chosen):
@@ -143,8 +146,3 @@ def _share(waiting: list[Piece], stocks: Sequence[Stock], end: float) -> float:
     area = sum(piece.area for piece in waiting)
     size = float(np.mean([stock.length * stock.width for stock in stocks]))
     return (end - time.monotonic()) / max(1.0, area / (0.7 * size))
-
-
-def _price(stock: Stock) -> float:
-    size = stock.length * stock.width
-    return max(size if stock.cost is None else stock.cost, 1e-3 * size)

@@ -12,24 +12,30 @@ steps
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from queue import Queue
+from threading import Event
 
 from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
+from fabgeo.sheets.cover import Cover, batched
 from fabgeo.sheets.loop import knapsack_loop
 from fabgeo.sheets.packing import pack_bins
 from fabgeo.sheets.pieces import Piece, piece_of
 from fabgeo.sheets.shelf import Layout, fits, shelves
-from fabgeo.sheets.stock import Nest, Sheet, Stock
+from fabgeo.sheets.stock import Nest, Sheet, Stock, remaining
 from fabgeo.sheets.verify import check_nest, check_sheet
 
 type Rotations = tuple[float, ...] | str | None
 type Listener = Callable[[str], None]
 
-AT_ONCE = 250  # pieces that the engine packs at once; more go through the loop
+AT_ONCE = 300  # pieces that are laid out together; more go in batches
+SLOWLY = 40  # pieces that the slower engine also lays out where steps are given
+JOINING = 0.75  # share of the time in which the engine beside may find sheets
 LEAST_SECONDS = 1.0  # an engine needs this long to be of use
 MOST_TURNS = 50  # of the loop with other draws
 
@@ -148,33 +154,45 @@ class _Group:
     ) -> Iterator[Layout]:
         """Layouts of the engines that suit the group, as long as there is time.
 
-        One stock and not too many pieces: all at once beside the loop, which takes one thread.
-        Several: the loop, then with the time it left all at once on each stock that holds every
-        piece, then the loop again with other draws.
+        Sheets of dropped pieces, chosen together; beside them, in a thread of its own, sheets of
+        the other engine, which join the choice.
         """
         rules = self.rules
-        if steps is not None:
-            yield knapsack_loop(pieces, rules, end, seed, steps, self._sound)
-            return
-        whole = [s for s in rules.stocks if all(fits(p, s, rules.margin) for p in pieces)]
         if len(pieces) > AT_ONCE:
-            whole = []
-        if len(rules.stocks) == 1 and whole:
-            with ThreadPoolExecutor(1) as pool:
-                bins = pool.submit(self._bins, pieces, rules.stocks[0], end)
-                yield knapsack_loop(pieces, rules, end, seed, None, self._sound)
-                yield bins.result()
-        else:
-            yield knapsack_loop(pieces, rules, end, seed, None, self._sound)
-            for k, stock in enumerate(whole):
-                now = time.monotonic()
-                yield self._bins(pieces, stock, now + (end - now) / (len(whole) - k))
-        for turn in range(1, MOST_TURNS):
-            if end - time.monotonic() < LEAST_SECONDS:
-                return
-            yield knapsack_loop(pieces, rules, end, seed + turn, None, self._sound)
+            yield batched(pieces, rules, end, seed, steps)
+            return
+        if steps is not None:
+            found: list[Layout] = []
+            if len(pieces) <= SLOWLY:
+                found.append(knapsack_loop(pieces, rules, end, seed, steps, self.sound))
+                yield found[0]
+            yield from Cover(pieces, rules, end, seed, steps, lambda: found).layouts()
+            return
+        beside = _Beside(self, pieces, end, seed)
+        with ThreadPoolExecutor(1) as pool:
+            running = pool.submit(beside.run)
+            try:
+                for layout in Cover(pieces, rules, end, seed, None, beside.taken).layouts():
+                    yield layout
+                    if self._at_best(pieces, layout):
+                        return
+            finally:
+                beside.stop.set()
+                running.result()
+            for layout in beside.taken():
+                yield layout
 
-    def _bins(self, pieces: list[Piece], stock: Stock, end: float) -> Layout:
+    def _at_best(self, pieces: list[Piece], layout: Layout) -> bool:
+        """Whether no layout on its one stock can have fewer sheets: their area tells."""
+        rules = self.rules
+        if len(rules.stocks) > 1 or sum(len(placed) for _, placed in layout) < len(pieces):
+            return False
+        (stock,) = rules.stocks
+        room = (stock.length - 2 * rules.margin) * (stock.width - 2 * rules.margin)
+        return len(layout) <= math.ceil(sum(piece.area for piece in pieces) / room)
+
+    def bins(self, pieces: list[Piece], stock: Stock, end: float) -> Layout:
+        """All pieces at once on one stock by the other engine."""
         seconds = end - time.monotonic()
         if seconds < LEAST_SECONDS:
             return []
@@ -182,13 +200,14 @@ class _Group:
         sheets = pack_bins(pieces, stock, rules.spacing, rules.margin, seconds)
         return [(stock, sheet) for sheet in sheets]
 
-    def _sound(self, stock: Stock, placements: list) -> bool:
+    def sound(self, stock: Stock, placements: list) -> bool:
         sheet = Sheet("", stock, tuple(placements), 0.0)
         return not check_sheet(sheet, self.contours, self.rules.spacing, self.rules.margin)
 
     def _better(self, best: Nest, layout: Layout) -> Nest:
         """The layout completed, if it is sound and cheaper."""
-        if not layout:
+        price = sum(_bought(stock) for stock, _ in layout)
+        if not layout or (not best.unplaced and price >= _cost(best)):
             return best
         made = self._completed(layout)
         problems = self._problems(made)
@@ -203,7 +222,7 @@ class _Group:
     def _completed(self, layout: Layout) -> Nest:
         """Unsound sheets are taken apart; what is not placed goes into rows of boxes."""
         sound = [
-            (stock, placed) for stock, placed in layout if placed and self._sound(stock, placed)
+            (stock, placed) for stock, placed in layout if placed and self.sound(stock, placed)
         ]
         left = dict(self.quantities)
         for _, placed in sound:
@@ -215,7 +234,7 @@ class _Group:
                 left[piece.mark] -= 1
                 rest.append(piece)
         rows, unplaced = shelves(
-            rest, _remaining(self.rules.stocks, sound), self.rules.spacing, self.rules.margin
+            rest, remaining(self.rules.stocks, sound), self.rules.spacing, self.rules.margin
         )
         return self._nest(sound + rows, unplaced)
 
@@ -244,22 +263,46 @@ class _Group:
         return f"{self.material} {self.thickness:g} mm"
 
 
-def _remaining(stocks: Sequence[Stock], used: Layout) -> list[Stock]:
-    left = []
-    for stock in stocks:
-        taken = sum(other.name == stock.name for other, _ in used)
-        if stock.quantity is None:
-            left.append(stock)
-        elif stock.quantity > taken:
-            left.append(replace(stock, quantity=stock.quantity - taken))
-    return left
+class _Beside:
+    """The other engine beside the first: the loop, all at once, then the loop with other draws."""
+
+    def __init__(self, group: _Group, pieces: list[Piece], end: float, seed: int) -> None:
+        self.group, self.pieces, self.seed = group, pieces, seed
+        self.start = time.monotonic()
+        self.end = self.start + JOINING * (end - self.start)
+        self.stop = Event()
+        self._found: Queue[Layout] = Queue()
+
+    def taken(self) -> list[Layout]:
+        """Layouts found since this was last asked."""
+        return [self._found.get() for _ in range(self._found.qsize())]
+
+    def run(self) -> None:
+        group, rules = self.group, self.group.rules
+        whole = [s for s in rules.stocks if all(fits(p, s, rules.margin) for p in self.pieces)]
+        for turn in range(MOST_TURNS):
+            left = self.end - time.monotonic()
+            if left < LEAST_SECONDS or self.stop.is_set():
+                return
+            until = self.end - (0.5 * left if turn == 0 and whole else 0.0)
+            draws = self.seed + turn
+            stopped = self.stop.is_set
+            self._found.put(
+                knapsack_loop(self.pieces, rules, until, draws, None, group.sound, stopped)
+            )
+            if turn == 0 and whole and not self.stop.is_set():
+                cheapest = max(whole, key=lambda s: s.length * s.width / s.price)
+                middle = (time.monotonic() + self.end) / 2.0
+                self._found.put(group.bins(self.pieces, cheapest, middle))
 
 
 def _cost(made: Nest) -> float:
-    return sum(
-        s.stock.cost if s.stock.cost is not None else s.stock.length * s.stock.width
-        for s in made.sheets
-    )
+    return sum(_bought(sheet.stock) for sheet in made.sheets)
+
+
+def _bought(stock: Stock) -> float:
+    """Its cost, else its area; a remnant may cost nothing."""
+    return stock.length * stock.width if stock.cost is None else stock.cost
 
 
 def _effort(pieces: Sequence[Piece]) -> float:

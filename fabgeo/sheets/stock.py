@@ -11,7 +11,9 @@ utilisation
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,12 @@ class Stock:
     width: float
     quantity: int | None = None
     cost: float | None = None
+
+    @property
+    def price(self) -> float:
+        """Its cost, else its area; a remnant that costs nothing is a thousandth of its area."""
+        size = self.length * self.width
+        return max(size if self.cost is None else self.cost, 1e-3 * size)
 
 
 @dataclass(frozen=True)
@@ -58,3 +66,16 @@ class Nest:
     utilisation: float
     spacing: float
     margin: float
+
+
+def remaining(
+    stocks: Sequence[Stock], used: Iterable[tuple[Stock, list[Placement]]]
+) -> list[Stock]:
+    """What is left of the stock after a layout."""
+    taken = Counter(stock.name for stock, _ in used)
+    return [
+        stock if stock.quantity is None else replace(stock, quantity=left)
+        for stock in stocks
+        for left in [(stock.quantity or 0) - taken[stock.name]]
+        if stock.quantity is None or left > 0
+    ]
