@@ -330,9 +330,11 @@ def batched(
             break
         if waiting:
             best = sorted(best, key=lambda s: sum(areas[p.mark] for p in s[1]) / s[0].price)
-            given_up = {p.mark for _, placed in best[:GIVEN_UP] for p in placed}
-            del best[:GIVEN_UP]
-            waiting = [piece for piece in some if piece.mark in given_up] + waiting
+            by_mark = {piece.mark: piece for piece in some}
+            few = min(GIVEN_UP, len(best) // 4)
+            given_up = [by_mark[p.mark] for _, placed in best[:few] for p in placed]
+            del best[:few]
+            waiting = given_up + waiting
         layout += best
         rules = replace(rules, stocks=tuple(remaining(rules.stocks, best)))
     return layout
