@@ -56,7 +56,8 @@ CONNECTORS = _columns(
     "mark product panel beam x_mm:3 y_mm:3 z_mm:3 axis_x:6 axis_y:6 axis_z:6 mass_kg:3"
 )
 SHEETS = _columns(
-    "sheet material thickness_mm:2 stock length_mm:1 width_mm:1 parts:0 marks utilisation:4 file"
+    "sheet material thickness_mm:2 stock length_mm:1 width_mm:1 parts:0 marks utilisation:4 "
+    "cut_length_mm:0 pierces:0 parts_mass_kg:2 sheet_mass_kg:2 file"
 )
 BOM = _columns("item material thickness_mm:2 count:0 area_m2:4 mass_kg:2 note")
 SETOUT = _columns("point x:4 y:4 z:4 nx:8 ny:8 nz:8 role mark")

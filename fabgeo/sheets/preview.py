@@ -13,8 +13,9 @@ from xml.sax.saxutils import escape
 import shapely
 
 from fabgeo.panels.flat import FlatPart
-from fabgeo.sheets.contour import Contour
-from fabgeo.sheets.drawn import Drawn, drawn
+from fabgeo.sheets.biarc import part_contour
+from fabgeo.sheets.contour import Contour, hole_contour
+from fabgeo.sheets.drawn import Drawn
 from fabgeo.sheets.stock import Nest, Sheet
 
 
@@ -36,10 +37,10 @@ def sheet_figures(
     sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], density: float = 7850.0
 ) -> SheetFigures:
     """Utilisation, weight, cut length and pierces of one sheet; density in kg/m3."""
-    placed = [_drawn(parts[placement.mark]) for placement in sheet.placements]
+    placed = [parts[placement.mark] for placement in sheet.placements]
     size = sheet.stock.length * sheet.stock.width
-    contours = [c for made in placed for c in made.contours]
-    area = sum(made.part.area for made in placed)
+    contours = [contour for part in placed for contour in _contours(part)]
+    area = sum(part.area if isinstance(part, FlatPart) else part.part.area for part in placed)
     per_area = sheet.stock.thickness * density * 1e-9
     return SheetFigures(
         parts=len(placed),
@@ -74,8 +75,10 @@ def nest_figures(
     )
 
 
-def _drawn(part: FlatPart | Drawn) -> Drawn:
-    return drawn(part) if isinstance(part, FlatPart) else part
+def _contours(part: FlatPart | Drawn) -> tuple[Contour, ...]:
+    if isinstance(part, Drawn):
+        return part.contours
+    return (part_contour(part), *(hole_contour(hole) for hole in part.holes))
 
 
 def sheet_svg(sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], width: int = 900) -> str:
@@ -93,7 +96,7 @@ def sheet_svg(sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], width: int = 
     ]
     texts = []
     for placement in sheet.placements:
-        own = _drawn(parts[placement.mark]).contours
+        own = _contours(parts[placement.mark])
         moved = [c.moved(placement.x, placement.y, placement.rotation) for c in own]
         path = " ".join(svg_path(contour) for contour in moved)
         lines.append(f'<path d="{path}" fill="#cfe0f0" fill-rule="evenodd"/>')
@@ -134,7 +137,7 @@ def sheet_png(
         Rectangle((0, 0), stock.length, stock.width, facecolor="#f4f4f2", edgecolor="#888")
     )
     for placement in sheet.placements:
-        for k, contour in enumerate(_drawn(parts[placement.mark]).contours):
+        for k, contour in enumerate(_contours(parts[placement.mark])):
             points = contour.moved(placement.x, placement.y, placement.rotation).points(0.2)
             fill = "#cfe0f0" if k == 0 else "#f4f4f2"
             axes.add_patch(Polygon(points, facecolor=fill, edgecolor="#1f4e79", linewidth=0.8))
