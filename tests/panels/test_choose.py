@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from panel_patches import cone_strips, panels_of
 
+from fabgeo import spline
 from fabgeo.errors import InputError
 from fabgeo.panels.choose import JointChoice, choose
 from fabgeo.panels.classify import classify
@@ -13,7 +14,9 @@ from fabgeo.panels.forming import Sheet, forming_of
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.radii import fewest
 from fabgeo.panels.samples import PanelInput
+from fabgeo.panels.shapes import Cylinder
 from fabgeo.panels.tradeoff import distinct_radii, plot, table, trade_off
+from fabgeo.strips.model import StripModel
 from fabgeo.strips.ruled import RuledPatch
 
 LIMITS = Tolerances(deviation_mm=3.0, kink_deg=1.0, gap_mm=2.0)
@@ -26,7 +29,7 @@ def panels() -> list[PanelInput]:
 
 @pytest.fixture(scope="module")
 def chosen(panels: list[PanelInput]) -> JointChoice:
-    return choose(panels, LIMITS, rounds=2)
+    return choose(panels, LIMITS, rounds=2, seconds=3.0)
 
 
 def boundary(patch: RuledPatch, side: str) -> tuple[np.ndarray, np.ndarray]:
@@ -154,3 +157,40 @@ def test_wider_tolerances_cost_no_more(panels: list[PanelInput], tmp_path) -> No
     assert np.all([r.floor <= r.cost <= r.one_by_one for r in rows])
     assert len(table(rows).splitlines()) == 6
     assert plot(rows, tmp_path / "tradeoff.png").stat().st_size > 5000
+
+
+def test_radii_are_multiples_of_a_step() -> None:
+    """Strips of a vault with parallel rulings and a varying radius: all can be cylinders."""
+    i, u = np.arange(3)[:, None] + np.zeros(25), np.linspace(-0.3, 0.3, 25) + np.zeros((3, 1))
+    r = 20000.0 + 1000.0 * np.sin(9.0 * u)
+    points = np.stack([r * np.sin(u), 1500.0 * i, r * np.cos(u)], axis=-1)
+    panels = panels_of(StripModel(spline.interpolate(points)), 6)
+    found = choose(panels, Tolerances(6.0, 3.0, 6.0), rounds=1, radii=2, radii_step=250.0)
+    rolled = {round(c.shape.radius, 6) for c in found.panels if isinstance(c.shape, Cylinder)}
+    assert 1 <= len(rolled) <= 2
+    assert all(radius % 250.0 == pytest.approx(0.0, abs=1e-5) for radius in rolled)
+
+
+def test_no_choice_undercuts_the_bound(panels: list[PanelInput]) -> None:
+    """Two routes: the strips' programmes, and every choice of classes that sweeps can place."""
+    strip = [p for p in panels if p.mark.startswith("P-02")]
+    alone = [
+        PanelInput(
+            p.mark, p.patch, {s: m for s, m in p.neighbours.items() if s in ("start", "end")}
+        )
+        for p in strip
+    ]
+    found = choose(alone, LIMITS, rounds=2)
+    assert found.floor <= found.bound + 1e-6 <= found.among + 2e-6
+    assert 0.0 <= found.saving <= found.most + 1e-9
+
+
+def test_ends_stay_near_the_fitted_ones(panels: list[PanelInput], chosen: JointChoice) -> None:
+    for choice in chosen.panels:
+        for made, fitted in zip(
+            choice.made.edges(np.array([choice.made.u0, choice.made.u1])).reshape(-1, 3),
+            choice.fitted.edges(np.array([choice.fitted.u0, choice.fitted.u1])).reshape(-1, 3),
+            strict=True,
+        ):
+            off = np.linalg.norm(made - fitted)
+            assert off <= np.hypot(LIMITS.ends_mm, LIMITS.deviation_mm) * 1.01
