@@ -15,6 +15,7 @@ from fabgeo.review.check_flats import check_flats
 from fabgeo.review.check_neighbours import check_neighbours
 from fabgeo.review.check_rows import check_rows
 from fabgeo.review.check_sheets import check_sheets
+from fabgeo.review.check_site import check_site
 from fabgeo.review.check_solids import check_solids
 from fabgeo.review.check_summary import check_summary
 from fabgeo.review.findings import CheckReport, Findings
@@ -28,6 +29,7 @@ STEPS = (
     check_sheets,
     check_neighbours,
     check_rows,
+    check_site,
     check_summary,
 )
 

@@ -99,6 +99,9 @@ def check_neighbours(package: WrittenPackage, measured: Measured, findings: Find
     rulings = [pair for pair in pairs if not pair[0].rail]
     ends = _each_once([(one, other, _across(one, other, joint, cut)) for one, other in rulings])
     met: dict[str, Met] = defaultdict(Met)
+    below = package.project.get("cells") or package.project.get("beams")
+    trim = package.setting("panels", "trim", not below)
+    uncut = trim is False
     near_cut = set(cut)
     for one, other, facing in along + ends:
         met[one.mark].see(other.mark, facing)
@@ -108,7 +111,7 @@ def check_neighbours(package: WrittenPackage, measured: Measured, findings: Find
     for mark, own in met.items():
         measured.worst("gap_measured_mm", own.gap)
         measured.worst("kink_measured_deg", own.kink)
-        _judge(mark, own, rows[mark], mark not in near_cut, findings)
+        _judge(mark, own, rows[mark], uncut and mark not in near_cut, findings)
 
 
 def _each_once(found: list[tuple[PanelEdge, PanelEdge, Facing | None]]) -> list[Joint]:

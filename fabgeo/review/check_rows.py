@@ -34,7 +34,6 @@ def check_rows(package: WrittenPackage, measured: Measured, findings: Findings) 
             _bent(package, mark, row, rails, measured, findings)
     _beams(package, measured, findings)
     _cells(package, measured, findings)
-    _setout(package, measured, findings)
 
 
 def _densities(package: WrittenPackage, measured: Measured) -> dict[str, float]:
@@ -165,23 +164,3 @@ def _cells(package: WrittenPackage, measured: Measured, findings: Findings) -> N
         if mark in measured.volumes and stated is not None:
             found = measured.volumes[mark] / 1e9
             findings.near(mark, "volume_m3 of its solid", found, stated, MASS * found + 1e-6)
-
-
-def _setout(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
-    """Panel corners lie at their panel's solid: no farther than the joint and the thickness."""
-    import csv
-
-    path = package.folder / "setout" / "points.csv"
-    if not path.is_file():
-        return
-    joint = float(package.setting("panels", "joint", 10.0))
-    with path.open(encoding="utf-8", newline="") as stream:
-        for row in csv.DictReader(stream):
-            plate = measured.plates.get(row.get("mark", ""))
-            if row.get("role") != "panel corner" or plate is None:
-                continue
-            place = np.array([float(row[axis] or "nan") for axis in "xyz"])
-            away = float(np.linalg.norm(plate.corners - place, axis=1).min())
-            if not away <= 3.0 * joint + plate.thickness + 1.0:
-                findings.add(plate.mark, f"setting-out point {row.get('point')}",
-                             "at a corner of its panel", f"{away:.2f} mm off")  # fmt: skip

@@ -15,7 +15,7 @@ from fabgeo.review.record import Limit, ReviewRecord, SetoutPoint
 from fabgeo.sheets.stock import Nest, Placement, Sheet, Stock
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Hole, Plate
-from fabgeo.structures.prisms import plate_prism, prism_properties
+from fabgeo.structures.prisms import plate_prism, prism_properties, ruled_normals
 
 JOINT, THICKNESS, DENSITY = 10.0, 3.0, 7850.0
 
@@ -146,10 +146,11 @@ def _record(
             key: float(part.certificate[key])
             for key in ("edge_length_error_mm", "area_error_rel", "refold_error_mm")
         }
-        corner = plate.mid.edges(np.array([plate.mid.u0]))[0, 0]
-        setout.append(
-            SetoutPoint(f"{plate.mark}/1", corner, unit(corner), "panel corner", plate.mark)
-        )
+        ends = np.array([plate.mid.u0, plate.mid.u1])
+        corners, normals = plate.mid.edges(ends), ruled_normals(plate.mid, ends)
+        for number, (side, end) in enumerate(((0, 0), (0, 1), (1, 1), (1, 0)), 1):
+            point, place = f"{plate.mark}/{number}", corners[side, end]
+            setout.append(SetoutPoint(point, place, normals[end], "panel corner", plate.mark))
         rows.append(
             {
                 "mark": plate.mark,

@@ -25,6 +25,7 @@ from fabgeo.review.record import (
 from fabgeo.sheets.stock import Nest, Placement, Sheet, Stock
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate
+from fabgeo.structures.prisms import ruled_normals
 
 RADIUS = 30_000.0
 
@@ -117,8 +118,11 @@ def record(strips: int = 6, cells: int = 4, name: str = "Barrel <b>roof</b>") ->
                 "twist_max_deg": float(abs(rng.normal(0.0, 0.005))),
             }
             panels.append(_row(i, j, mark, ruled, flats[mark], figures[mark], middle))
-            corner = ruled.edges(np.array([ruled.u0]))[0, 0]
-            setout.append(SetoutPoint(f"{mark}/1", corner, outward, "panel corner", mark))
+            u = np.array([ruled.u0, ruled.u1])
+            corners, normals = ruled.edges(u), ruled_normals(ruled, u)
+            for number, (side, end) in enumerate(((0, 0), (0, 1), (1, 1), (1, 0)), 1):
+                point, place = f"{mark}/{number}", corners[side, end]
+                setout.append(SetoutPoint(point, place, normals[end], "panel corner", mark))
             for k in range(4):
                 at = ruled.points(np.array([ruled.u0]), np.array([0.2 + 0.2 * k]))[0]
                 connectors.append(ShownConnector(f"K-{i:02d}-{j:02d}-{k}", "fix", at, outward))

@@ -88,6 +88,37 @@ def moved_point(folder: Path) -> None:
     path.write_text(text)
 
 
+def lost_point(folder: Path) -> None:
+    path = folder / "setout" / "points.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if not line.startswith(f"{faults.A}/3,")))
+
+
+def leaning_normal(folder: Path) -> None:
+    path = folder / "setout" / "points.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if line.startswith(f"{faults.A}/3,"))
+    cells = lines[at].split(",")
+    lines[at] = ",".join([*cells[:4], f"{float(cells[4]) + 0.01:.8f}", *cells[5:]])
+    path.write_text("".join(lines))
+
+
+def small_box(folder: Path) -> None:
+    faults.cell(folder, "panels", faults.A, "box_width_mm", lambda v: f"{float(v) * 0.9:.1f}")
+
+
+def oversized_beam(folder: Path) -> None:
+    faults.cell(folder, "beams", "B-01-1", "transport", lambda _: "too large")
+
+
+def late_panel(folder: Path) -> None:
+    faults.cell(folder, "panels", faults.A, "erection_order", lambda _: "999")
+
+
+def smooth_edge(folder: Path) -> None:
+    faults.cell(folder, "panels", faults.A, "kink_max_deg", lambda v: f"{float(v) - 1.5:.4f}")
+
+
 FAULTS: dict[Callable[[Path], None], set[str]] = {
     faults.moved_vertex: {faults.A},
     faults.scaled_part: {faults.A},
@@ -107,6 +138,12 @@ FAULTS: dict[Callable[[Path], None], set[str]] = {
     heavy_beam: {"B-01-1"},
     wrong_web: {"B-01-1-WEB"},
     moved_point: {faults.A},
+    lost_point: {faults.A},
+    leaning_normal: {faults.A},
+    small_box: {faults.A},
+    oversized_beam: {"B-01-1"},
+    late_panel: {faults.A, "C-00-01"},
+    smooth_edge: {faults.A},
 }
 
 

@@ -1,0 +1,177 @@
+"""What the site works by: setting-out points, boxes for transport, the order of erection."""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from fabgeo.arrays import Array, cross
+from fabgeo.review.findings import Findings
+from fabgeo.review.measured import Measured
+from fabgeo.review.package import WrittenPackage, number
+from fabgeo.review.rails import rail_normals
+from fabgeo.review.solid_plate import SolidPlate
+from fabgeo.structures.boxes import oriented_box
+
+PLACE = 0.05  # mm: setting-out points carry four decimals
+NORMAL = 0.1  # degrees
+BOX = 0.02  # of a box's size: it is searched over other points here
+BOX_MM = 5.0
+
+type Row = Mapping[str, str]
+
+
+def check_site(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Compare setting-out, boxes and erection order with the solids and with each other."""
+    _points(package, measured, findings)
+    _boxes(package, measured, findings)
+    _order(package, findings)
+
+
+def _points(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Every panel corner, beam node and connector once, where its solid or its row is."""
+    path = package.folder / "setout" / "points.csv"
+    own: dict[str, list[Row]] = defaultdict(list)
+    if path.is_file():
+        with path.open(encoding="utf-8", newline="") as stream:
+            for row in csv.DictReader(stream):
+                own[row.get("mark", "")].append(row)
+    tables = package.tables
+    for mark in _marks(tables["panels"]):
+        plate = measured.plates.get(mark)
+        if plate is not None:
+            _at_corners(mark, own[mark], plate.corners, len(plate.corners), findings)
+            _normals(mark, own[mark], plate, findings)
+    for mark in _marks(tables["beams"]):
+        web = measured.plates.get(f"{mark}-WEB")
+        if web is not None:
+            _at_corners(mark, own[mark], web.corners, 2, findings)
+    for row in tables["connectors"]:
+        centre = [number(row, f"{axis}_mm") for axis in "xyz"]
+        if None not in centre:
+            _at_corners(row.get("mark", ""), own[row.get("mark", "")],
+                        np.array([centre], dtype=float), 1, findings)  # fmt: skip
+
+
+def _at_corners(mark: str, rows: list[Row], corners: Array, count: int, findings: Findings) -> None:
+    """As many points as asked, each at another one of the corners."""
+    if len(rows) != count:
+        findings.add(mark, "setting-out points", count, len(rows), "setout/points.csv")
+    taken: set[int] = set()
+    for row in rows:
+        away = np.linalg.norm(corners - _vector(row, "x", "y", "z"), axis=1)
+        nearest = int(np.nanargmin(away)) if np.isfinite(away).any() else -1
+        what = f"setting-out point {row.get('point')}"
+        if nearest < 0 or away[nearest] > PLACE:
+            found = f"{away[nearest]:.2f} mm off" if nearest >= 0 else "no numbers"
+            findings.add(mark, what, "at its part", found, "setout/points.csv")
+        elif nearest in taken:
+            findings.add(mark, what, "at a corner of its own", "a second one", "setout/points.csv")
+        taken.add(nearest)
+
+
+def _normals(mark: str, rows: list[Row], plate: SolidPlate, findings: Findings) -> None:
+    rails = plate.rails()
+    if rails is None:
+        return
+    ends = np.concatenate([rail[[0, -1]] for rail in rails])
+    normals = np.concatenate([normal[[0, -1]] for normal in rail_normals(*rails)])
+    for row in rows:
+        k = int(np.linalg.norm(ends - _vector(row, "x", "y", "z"), axis=1).argmin())
+        stated = _vector(row, "nx", "ny", "nz")
+        sine, cosine = np.linalg.norm(cross(normals[k], stated)), abs(float(normals[k] @ stated))
+        off = float(np.degrees(np.arctan2(sine, cosine)))
+        if not off <= NORMAL:
+            what = f"normal of setting-out point {row.get('point')}"
+            findings.add(mark, what, "square to its panel", f"{off:.2f} deg off")
+
+
+def _boxes(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Stated boxes against boxes around the solids, and their verdicts against the truck's."""
+    limit = np.sort(package.setting("limits", "transport_mm", (13600.0, 2480.0, 2500.0)))
+    parts = defaultdict(list)
+    for row in package.tables["plates"]:
+        parts[row.get("parent", "")].append(row.get("mark", ""))
+    for table in ("panels", "beams", "cells"):
+        for row in package.tables[table]:
+            mark = row.get("mark", "")
+            stated = [number(row, f"box_{side}_mm") for side in ("length", "width", "height")]
+            size = np.array([value for value in stated if value is not None])
+            if len(size) != 3:
+                continue
+            fits = bool(np.all(np.sort(size) <= limit + 0.1))
+            if row.get("transport") and fits != (row["transport"] == "fits"):
+                words = "fits" if fits else "too large"
+                findings.add(mark, "transport by its box", words, row["transport"])
+            volume = measured.volumes.get(mark)
+            if volume is not None and float(np.prod(size)) < volume * (1.0 - BOX):
+                findings.add(mark, "volume of its box in mm3", f"over {volume:.4g}", np.prod(size))
+            plates = [measured.plates[m] for m in parts.get(mark, [mark]) if m in measured.plates]
+            if plates and len(plates) == len(parts.get(mark, [mark])):
+                _box(mark, size, oriented_box(np.concatenate([_skins(p) for p in plates])).size,
+                     findings)  # fmt: skip
+
+
+def _box(mark: str, stated: Array, found: Array, findings: Findings) -> None:
+    for side, own, there in zip(("length", "width", "height"), found, stated, strict=True):
+        what = f"box_{side}_mm around its solid"
+        findings.near(mark, what, float(own), float(there), BOX * float(own) + BOX_MM)
+
+
+def _skins(plate: SolidPlate) -> Array:
+    """Points on both skins along the edges (the mid-surface's alone without rulings)."""
+    rails = plate.rails()
+    if rails is None:
+        return np.concatenate(plate.edges)
+    half = [0.5 * plate.thickness * normal for normal in rail_normals(*rails)]
+    sides = [rail + sign * h for rail, h in zip(rails, half, strict=True) for sign in (-1.0, 1.0)]
+    return np.concatenate([side[::8] for side in sides])
+
+
+def _order(package: WrittenPackage, findings: Findings) -> None:
+    """Numbers 1, 2, 3, ...; panels strip by strip; beams before the panels that they carry."""
+    panels, beams = package.tables["panels"], package.tables["beams"]
+    stated = {row.get("mark", ""): number(row, "erection_order") for row in (*panels, *beams)}
+    if all(place is None for place in stated.values()):
+        return
+    seen: dict[float, str] = {}
+    for mark, place in stated.items():
+        if place is None or not 1 <= place <= len(stated) or place in seen:
+            words = f"a number of its own in 1 to {len(stated)}"
+            findings.add(mark, "erection_order", words, "none" if place is None else f"{place:g}")
+        elif place is not None:
+            seen[place] = mark
+    first: dict[float, float] = {}
+    last: dict[float, float] = {}
+    for row in panels:
+        strip, place = number(row, "strip"), stated.get(row.get("mark", ""))
+        if strip is not None and place is not None:
+            first[strip] = min(first.get(strip, place), place)
+            last[strip] = max(last.get(strip, place), place)
+    for row in panels:
+        strip, place = number(row, "strip"), stated.get(row.get("mark", ""))
+        if strip is not None and place is not None and place < last.get(strip - 1, 0.0):
+            words = f"after strip {strip - 1:g}, whose last is {last[strip - 1]:g}"
+            findings.add(row.get("mark", ""), "erection_order", words, place)
+    for row in beams:
+        edge, place = number(row, "edge"), stated.get(row.get("mark", ""))
+        if edge is not None and place is not None and place > first.get(edge, np.inf):
+            words = f"before the panels of strip {edge:g}"
+            findings.add(row.get("mark", ""), "erection_order", words, place)
+    for row in package.tables["cells"]:
+        mark, place = row.get("mark", ""), number(row, "erection_order")
+        panel = stated.get(f"P{mark[1:]}")
+        if place is not None and panel is not None:
+            findings.near(mark, "erection_order of its panel", panel, place, 0.0)
+
+
+def _marks(rows: Iterable[Row]) -> list[str]:
+    return [row.get("mark", "") for row in rows]
+
+
+def _vector(row: Row, *columns: str) -> Array:
+    values = [number(row, column) for column in columns]
+    return np.array([np.nan if value is None else value for value in values])
