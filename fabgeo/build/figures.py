@@ -77,7 +77,8 @@ def panel_deviations(design: Design) -> tuple[Array, Array]:
     """Signed deviations (P, k) of the made panels from the design surface, and their places.
 
     Measured at 9 x 5 points a panel, along the surface's normals; a panel that lies at an offset
-    is compared with the surface at that offset. Places are (P, k, 3).
+    is compared with the surface at that offset. Where a panel overhangs the surface there is
+    nothing to compare it with: nan. Places are (P, k, 3).
     """
     height = design.project.panels.offset if design.project.panels else 0.0
     places, normals = [], []
@@ -91,6 +92,7 @@ def panel_deviations(design: Design) -> tuple[Array, Array]:
     found = design.surface.closest(points.reshape(-1, 3))
     sign = np.where(dot(found.normal, m.reshape(-1, 3)) >= 0.0, 1.0, -1.0)
     signed = sign * dot(points.reshape(-1, 3) - found.point, found.normal)
+    signed[found.on_boundary] = np.nan
     return signed.reshape(len(points), -1) - height, points
 
 
@@ -127,7 +129,8 @@ def part_figures(
         }
     if deviations is not None:
         for plate, row in zip(design.panels, deviations, strict=True):
-            out[plate.mark]["surface_deviation_mm"] = float(np.abs(row).max())
+            over = np.abs(row[np.isfinite(row)])
+            out[plate.mark]["surface_deviation_mm"] = float(over.max()) if len(over) else None
     for cell in design.cells:
         out[cell.mark] = {}
     for mark, solid in built.items():

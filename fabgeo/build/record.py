@@ -80,7 +80,7 @@ def record_of(
 
 
 def deviation_map(design: Design) -> DeviationMap:
-    """Signed deviation of the fitted model from the design surface over all strips."""
+    """Signed deviation of the fitted model from the design surface; nan where it overhangs."""
     model = design.model
     u = model.parameters(2)
     first, second = model.pairs(model.points(u))
@@ -92,6 +92,7 @@ def deviation_map(design: Design) -> DeviationMap:
     points = np.array(rows)
     found = design.surface.closest(points.reshape(-1, 3))
     values = np.einsum("ki,ki->k", points.reshape(-1, 3) - found.point, found.normal)
+    values[found.on_boundary] = np.nan
     return DeviationMap(points, values.reshape(points.shape[:2]))
 
 

@@ -176,14 +176,19 @@ def deviation_chart(deviation: DeviationMap) -> str:
     values = deviation.values
     step = [max(1, math.ceil(n / limit)) for n, limit in zip(values.shape, (200, 400), strict=True)]
     values = values[:: step[0], :: step[1]]
-    bound = float(np.abs(deviation.values).max()) or 1.0
-    pixels = palette.ramp(palette.DIVERGING, 0.5 + 0.5 * values[::-1] / bound)
+    known = np.abs(deviation.values[np.isfinite(deviation.values)])
+    bound = float(known.max(initial=0.0)) or 1.0
+    level = values[::-1] / bound
+    pixels = palette.ramp(palette.DIVERGING, 0.5 + 0.5 * np.nan_to_num(level))
+    pixels[np.isnan(level)] = palette.rgb(palette.CLASSES["other"])
+    over = " Grey: beyond the surface." if np.isnan(level).any() else ""
     scale = palette.ramp(palette.DIVERGING, np.linspace(0.0, 1.0, 64)[None])
     return (
         f'<img class="map" alt="Deviation from the design surface, -{bound:.3g} to {bound:.3g} mm" '
         f'src="{svg.png_uri(pixels)}"><p class="scale"><span>-{bound:.3g} mm</span>'
         f'<img alt="" src="{svg.png_uri(scale)}"><span>+{bound:.3g} mm</span></p>'
-        "<p class=note>Upwards: across the strips. To the right: along them.</p>"
+        "<p class=note>Upwards: across the strips. To the right: along them."
+        f"{over}</p>"
     )
 
 

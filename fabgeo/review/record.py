@@ -150,16 +150,19 @@ class DeviationMap:
     ----------
     points : (rows, columns, 3) array
     values : (rows, columns) array
-        Deviation from the design surface; rows run across the strips.
+        Deviation from the design surface; rows run across the strips. nan: beyond the surface.
     """
 
     points: Array
     values: Array
 
     def __post_init__(self) -> None:
-        sizes: dict[str, int] = {}
-        set_frozen(self, "points", ("rows", "columns", 3), sizes)
-        set_frozen(self, "values", ("rows", "columns"), sizes)
+        set_frozen(self, "points", ("rows", "columns", 3))
+        values = np.array(self.values, dtype=np.float64)
+        if values.shape != self.points.shape[:2]:
+            raise InputError("DeviationMap.values", f"expected shape {self.points.shape[:2]}")
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
 
 
 @dataclass(frozen=True)
