@@ -98,7 +98,7 @@ class Targets:
     def residuals(self, carriers: Carriers) -> tuple[Array, Array]:
         """Residuals (p, s + t + r) and their exact derivatives (p, s + t + r, 6)."""
         d, jac = carriers.derivatives(self.points)
-        found = [(d, jac, 0.0, self.unit)]
+        found: list[tuple[Array, Array, Array | float, Array]] = [(d, jac, 0.0, self.unit)]
         if self.tilt.shape[1]:
             tilt = carriers.tilt_derivatives(self.tilt_points, self.along)
             found.append((*tilt, self.tilt, self.tilt_unit))
@@ -154,7 +154,7 @@ def fit(
 
     if len(parts) == 1:
         return some(parts[0])
-    with ThreadPoolExecutor(min(len(parts), os.process_cpu_count() or 1)) as threads:
+    with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as threads:
         return Carriers.joined(list(threads.map(some, parts)))
 
 

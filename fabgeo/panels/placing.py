@@ -206,5 +206,5 @@ class StripPlacing:
 
 
 def _side_by_side[P, R](function: Callable[[P], R], items: Sequence[P]) -> list[R]:
-    with ThreadPoolExecutor(os.process_cpu_count() or 1) as threads:
+    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
         return list(threads.map(function, items))
