@@ -21,6 +21,7 @@ from typing import Any
 from fabgeo.review.columns import BOM, SETOUT, TABLES, Column
 from fabgeo.review.record import ReviewRecord, Row
 from fabgeo.review.verdicts import judged
+from fabgeo.sheets.preview import sheet_figures
 
 COLOURS = {"good": "FFD5E8F0", "warn": "FFFCE3B4", "fail": "FFF4C0B0"}
 
@@ -72,6 +73,9 @@ def sheet_rows(record: ReviewRecord) -> list[Row]:
         for sheet in nest.sheets:
             size = sheet.stock.length * sheet.stock.width
             net = sum(record.flats[p.mark].area for p in sheet.placements if p.mark in record.flats)
+            known = all(p.mark in record.flats for p in sheet.placements)
+            density = record.materials.get(nest.material, {}).get("density_kg_m3")
+            figures = sheet_figures(sheet, record.flats, density or 0.0) if known else None
             rows.append(
                 {
                     "sheet": sheet.name,
@@ -83,6 +87,10 @@ def sheet_rows(record: ReviewRecord) -> list[Row]:
                     "parts": len(sheet.placements),
                     "marks": " ".join(p.mark for p in sheet.placements),
                     "utilisation": net / size,
+                    "cut_length_mm": figures and figures["cut_length_mm"],
+                    "pierces": figures and figures["pierces"],
+                    "parts_mass_kg": figures["parts_mass_kg"] if figures and density else None,
+                    "sheet_mass_kg": figures["sheet_mass_kg"] if figures and density else None,
                     "file": f"{folder}/{sheet.name}.dxf",
                 }
             )
