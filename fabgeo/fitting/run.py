@@ -83,7 +83,8 @@ class Run:
             )
         self.begin = time.process_time()
         self.anchor = 0.0 if held.everything(net) else options.weights.anchor
-        self.least_anchor = LEAST_ANCHOR * self.anchor
+        # Principal nets are the surface's own: a pull that stays would hold them off it.
+        self.least_anchor = LEAST_ANCHOR * self.anchor if kind == "general" else 0.0
         self.anchor_at = np.array(self.control)
         self.weight = 1.0
 
@@ -105,10 +106,11 @@ class Run:
             if not self._refine(self.options.growth**2):
                 break
             self._grow(1.0, finer=left > 1)
-        if not self.interrupted and self._uneven():
-            self._fade()
-        if not self.interrupted and self.options.minimise == "max" and self._uneven():
-            self._flatten()
+        if self.kind == "general":
+            if not self.interrupted and self._uneven():
+                self._fade()
+            if not self.interrupted and self.options.minimise == "max" and self._uneven():
+                self._flatten()
         return self._result()
 
     def _resume(self) -> bool:
