@@ -144,20 +144,21 @@ def _order(package: WrittenPackage, findings: Findings) -> None:
             findings.add(mark, "erection_order", words, "none" if place is None else f"{place:g}")
         elif place is not None:
             seen[place] = mark
+    known = {mark: place for place, mark in seen.items()}
     first: dict[float, float] = {}
     last: dict[float, float] = {}
     for row in panels:
-        strip, place = number(row, "strip"), stated.get(row.get("mark", ""))
+        strip, place = number(row, "strip"), known.get(row.get("mark", ""))
         if strip is not None and place is not None:
             first[strip] = min(first.get(strip, place), place)
             last[strip] = max(last.get(strip, place), place)
     for row in panels:
-        strip, place = number(row, "strip"), stated.get(row.get("mark", ""))
+        strip, place = number(row, "strip"), known.get(row.get("mark", ""))
         if strip is not None and place is not None and place < last.get(strip - 1, 0.0):
             words = f"after strip {strip - 1:g}, whose last is {last[strip - 1]:g}"
             findings.add(row.get("mark", ""), "erection_order", words, place)
     for row in beams:
-        edge, place = number(row, "edge"), stated.get(row.get("mark", ""))
+        edge, place = number(row, "edge"), known.get(row.get("mark", ""))
         if edge is not None and place is not None and place > first.get(edge, np.inf):
             words = f"before the panels of strip {edge:g}"
             findings.add(row.get("mark", ""), "erection_order", words, place)
