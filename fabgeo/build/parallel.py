@@ -11,6 +11,7 @@ crash
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
@@ -94,9 +95,14 @@ def _survived[P, R](
 def _run[P, R](function: Callable[[P], R], parts: Sequence[P], jobs: int | None) -> Iterator[R]:
     batch = max(1, min(BATCH, len(parts) // 4))
     parallel = Parallel(n_jobs=jobs, return_as="generator", batch_size=batch)
-    for result in parallel(delayed(function)(part) for part in parts):
+    for result in parallel(delayed(_done)(function, part) for part in parts):
         if result is not None:
             yield result
+
+
+def _done[P, R](function: Callable[[P], R], part: P) -> R:
+    """The result of a part in memory of its own: Dask hands over arrays that lie unaligned."""
+    return function(pickle.loads(pickle.dumps(part)))
 
 
 def is_crash(error: Exception) -> bool:
