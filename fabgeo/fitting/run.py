@@ -42,6 +42,7 @@ COARSE_LIMIT = 10.0  # multiple of the limits that a coarse level has to reach
 LEAST_ANCHOR = 0.01  # of its first weight: without any, free borders retreat
 WORTH = 0.7  # of the best excess so far: a stage that brings less is idle
 PATIENCE = 3  # idle stages in a row, after which more weight is of no use
+EXACTLY = 1e-3  # the same for nets of a kind: their path is narrow
 ON_THE_WAY, SETTLED = 1e-2, 3e-3  # relative gain of a step at which a stage ends
 FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
 WORTH_A_REASON = 1.2  # of the sag limit: above, the reason says what holds the model off
@@ -176,7 +177,7 @@ class Run:
         best, mark, idle = np.inf, np.inf, 0
         kept = self.control, self.weight, self.anchor
         for _ in range(self.options.stages):
-            self._stage(ON_THE_WAY)
+            self._stage(ON_THE_WAY if self.kind == "general" else EXACTLY)
             if self._excess(self.history[-1]) <= slack and slack <= 1.0 and not self.interrupted:
                 self._stage(SETTLED)
             excess = self._excess(self.history[-1])
@@ -186,7 +187,7 @@ class Run:
             mark, idle = (excess, 0) if worth else (mark, idle + 1)
             if excess < best and (worth or not finer):
                 best, kept = excess, (self.control, self.weight, self.anchor)
-            if idle == (1 if finer else PATIENCE):
+            if idle == (1 if finer and self.kind == "general" else PATIENCE):
                 break
             self.weight *= self.options.growth
             self.anchor = max(self.anchor / self.options.growth**0.5, self.least_anchor)
