@@ -12,9 +12,9 @@ fewest arcs of `fabgeo.sheets.arc_chain`: biarcs whose joints and directions are
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
 from fabgeo.arrays import Array, unit
-from fabgeo.errors import GeometryError
 from fabgeo.panels.flat import FlatEdge, FlatPart
 from fabgeo.sheets.arc_chain import fewest_arcs
 from fabgeo.sheets.contour import Contour
@@ -33,17 +33,14 @@ def part_contour(part: FlatPart, tolerance: float = 0.05) -> Contour:
     """
     if part.contour is not None and part.contour_tolerance <= tolerance:
         return Contour(part.contour)
-    pieces = [edge_arcs(edge, tolerance, part.mark) for edge in part.outline]
+    pieces = [edge_arcs(edge, tolerance) for edge in part.outline]
     return Contour(np.concatenate(pieces))
 
 
-def edge_arcs(edge: FlatEdge, tolerance: float = 0.05, mark: str = "edge") -> Array:
+def edge_arcs(edge: FlatEdge, tolerance: float = 0.05) -> Array:
     """Vertices (n, 3) x, y, bulge of one edge, its last point left out.
 
-    Raises
-    ------
-    GeometryError
-        If the edge turns too fast between its own points to be followed.
+    An edge that turns too fast between its own points for any chain of arcs is followed by lines.
     """
     if len(edge.points) == 2:
         return np.array([[*edge.points[0], 0.0]])
@@ -62,7 +59,13 @@ def edge_arcs(edge: FlatEdge, tolerance: float = 0.05, mark: str = "edge") -> Ar
             share = BETWEEN**2 if fine else share
         samples *= FINER
         points, tangents = dense(edge, samples)
-    raise GeometryError(mark, "an edge turns too fast for arcs", "unfold it more densely")
+    return _lines(points, BETWEEN * tolerance)
+
+
+def _lines(points: Array, tolerance: float) -> Array:
+    """Vertices (n, 3) of the polyline of few of the points that is within the tolerance of all."""
+    kept = shapely.get_coordinates(shapely.LineString(points).simplify(tolerance))[:-1]
+    return np.column_stack([kept, np.zeros(len(kept))])
 
 
 def _gap(edge: FlatEdge, samples: int, vertices: Array, joints: Array) -> float:
