@@ -96,7 +96,7 @@ def design(
         panels, choices, saved = cache.once(
             "choice",
             _panelled(project, lanes, patches),
-            partial(panels_of, project, lanes, patches),
+            partial(panels_of, project, lanes, patches, jobs),
         )
         layers = layers_of(project, lanes, patches)
     made = Design(project, surface, initial, fitted, model, lanes, patches, panels, choices, layers)

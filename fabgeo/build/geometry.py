@@ -141,11 +141,11 @@ def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
 
 
 def panels_of(
-    project: Project, model: StripModel, patches: tuple[Patch, ...]
+    project: Project, model: StripModel, patches: tuple[Patch, ...], jobs: int | None = None
 ) -> tuple[tuple[Plate, ...], dict[str, PanelChoice], str]:
     """Net panels on the shapes that they are made as, why, and what choosing them together saves.
 
-    See `fabgeo.build.materials` for how they are formed.
+    See `fabgeo.build.materials` for how they are formed; `jobs` processes help to choose.
     """
     asked = project.panels
     if asked is None:
@@ -159,7 +159,7 @@ def panels_of(
         from fabgeo.panels.choose import choose
 
         few, step = asked.radii, asked.radii_step
-        joint = choose(inputs, tolerances, costs, SPRINGING, radii=few, radii_step=step)
+        joint = choose(inputs, tolerances, costs, SPRINGING, radii=few, radii_step=step, jobs=jobs)
         choices, saved = list(joint.panels), f"panels: {joint}"
     else:
         saved = ""

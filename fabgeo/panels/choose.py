@@ -23,6 +23,8 @@ from fabgeo.panels.placing import StripPlacing
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
 
+_GAIN = 5e-3  # of the cost: what a round has to gain for another one
+
 
 @dataclass(frozen=True)
 class JointChoice:
@@ -47,7 +49,8 @@ class JointChoice:
     candidates : int
         Size of the pool.
     status : str
-        "optimal" (among the candidates), or "time limit".
+        "optimal" (among the candidates), "node limit" or, where `seconds` cut the work short,
+        "time limit".
     history : tuple of float
         Cost after each round.
     seconds : float
@@ -88,11 +91,14 @@ def choose(
     costs: Costs | None = None,
     sheet: Sheet | None = None,
     rounds: int = 4,
-    seconds: float = 30.0,
+    seconds: float | None = None,
     radii: Sequence[float] | int | None = None,
     radii_step: float | None = None,
+    jobs: int | None = None,
 ) -> JointChoice:
     """Choose the classes and placements of all panels together.
+
+    Limited by counts of work, so that the same panels are chosen alike on every machine.
 
     Parameters
     ----------
@@ -101,13 +107,16 @@ def choose(
         The project's; defaults of the hand-over contract.
     rounds : int
         Most rounds of new candidates after the first choice, and again of strips' programmes;
-        they end earlier when one gains less than 0.05 %.
-    seconds : float
-        Time limit of one integer programme over all panels, and of all strips' programmes.
+        they end earlier when one gains less than 0.5 %.
+    seconds : float, optional
+        Limit by the clock of one integer programme over all panels, and of all strips'
+        programmes: the choice then depends on the machine, and `status` tells so.
     radii : sequence of float or int, optional
         Equal radii: the radii that cylinders may have, mm, or how many different ones at most.
     radii_step : float, optional
         Radii that are not given are multiples of this, mm.
+    jobs : int, optional
+        Processes that solve the strips' programmes; by default this one alone.
 
     Raises
     ------
@@ -129,16 +138,16 @@ def choose(
             break
         result = search.choose()
         history.append(search.cost)
-        if history[-1] > history[-2] * (1.0 - 5e-4):
+        if history[-1] > history[-2] * (1.0 - _GAIN):
             break
-    placing = StripPlacing(search, seconds)
+    placing = StripPlacing(search, jobs, seconds)
     if rounds:
         placing.prove()
     for _ in range(rounds):
-        if not placing.improve():
-            break
-        result = search.choose()
+        result = placing.improve()
         history.append(search.cost)
+        if history[-1] > history[-2] * (1.0 - _GAIN):
+            break
     chosen = describe(
         panels,
         search.own,
@@ -157,7 +166,7 @@ def choose(
         floor=float(search.floors.sum()),
         one_by_one=one_by_one,
         candidates=len(search.pool),
-        status=result.status,
+        status="time limit" if placing.late else result.status,
         history=tuple(history),
         seconds=time.perf_counter() - began,
     )

@@ -75,11 +75,10 @@ class Boundaries:
         both = np.concatenate([gap, tilt[..., None]], axis=-1)
         return both.reshape(len(joint), both.shape[1] * both.shape[2])
 
-    def of_all(self, side: int, carriers: Carriers) -> Array:
-        """Features (j, f) at all joints, from carriers of all panels."""
-        joint = np.arange(len(self.joints))
+    def of_some(self, side: int, joint: IntArray, carriers: Carriers) -> Array:
+        """Features (n, f) at some joints, from carriers of all panels."""
         made = np.ones(len(joint), dtype=bool)
-        return self.features(side, joint, carriers[self.joints.panels[:, side]], made)
+        return self.features(side, joint, carriers[self.joints.panels[joint, side]], made)
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,8 @@ class Option:
     free : (f,) int array
         Which of the six steps the class may make.
     value, slope : (p, s) and (p, s, f) arrays
-        Features of the panels: distances to the fitted one, shifts of their ends.
+        Features of the panels: distances to the fitted one, shifts of their ends; zero of those
+        that are not able, as at their joints.
     edge, edge_slope : pairs of (j, m) and (j, m, f) arrays
         Features at every joint, for its first and its second panel.
     few : (n,) int array
@@ -142,17 +142,23 @@ def option_of(
     Derivatives of distances are exact, those of features at ends and joints central differences
     over steps of about a millimetre.
     """
-    tolerances, free = boundaries.tolerances, FREE[name]
+    tolerances, free, joints = boundaries.tolerances, FREE[name], boundaries.joints
     one, size = np.ones(len(samples)), samples.size
     unit_step = np.stack([one, 1 / size, 1 / size, 1 / size, 1 / size**2, 1 / size**2], axis=1)
+    index = np.flatnonzero(able)
+    at = [np.flatnonzero(able[joints.panels[:, side]]) for side in (0, 1)]
     # Distances change nearly linearly along a ruling: both edges will do, every other sample.
-    points = samples.points(np.array([0.0, 1.0]))[:, ::2].reshape(len(samples), -1, 3)
-    distance, slope = base.derivatives(points)
+    points = samples[index].points(np.array([0.0, 1.0]))[:, ::2]
+    points = points.reshape(len(index), 2 * points.shape[1], 3)
+    distance, slope = base[index].derivatives(points)
     limit = min(tolerances.deviation_mm, tolerances.flange)
 
     def others(carriers: Carriers) -> list[Array]:
-        ends = end_shift(samples, carriers).reshape(len(samples), -1) / tolerances.ends_mm
-        return [ends, *(boundaries.of_all(side, carriers) for side in (0, 1))]
+        ends = end_shift(samples[index], carriers[index]).reshape(len(index), 4)
+        return [
+            ends / tolerances.ends_mm,
+            *(boundaries.of_some(side, at[side], carriers) for side in (0, 1)),
+        ]
 
     slopes: list[list[Array]] = [[], [], []]
     for column in free:
@@ -161,18 +167,26 @@ def option_of(
         ahead, behind = others(base.moved(step)), others(base.moved(-step))
         for into, a, b in zip(slopes, ahead, behind, strict=True):
             into.append((a - b) / 2.0)
-    at = others(base)
+    ends, first, second = others(base)
     by_step = [np.stack(columns, axis=-1) for columns in slopes]
-    near = (slope * unit_step[:, None])[..., free] / limit
+    near = (slope * unit_step[index][:, None])[..., free] / limit
+    total = len(samples), len(joints)
     return Option(
         kind,
         base,
         able,
         unit_step,
         free,
-        np.concatenate([distance / limit, at[0]], axis=1),
-        np.concatenate([near, by_step[0]], axis=1),
-        (at[1], at[2]),
-        (by_step[1], by_step[2]),
+        _spread(np.concatenate([distance / limit, ends], axis=1), index, total[0]),
+        _spread(np.concatenate([near, by_step[0]], axis=1), index, total[0]),
+        (_spread(first, at[0], total[1]), _spread(second, at[1], total[1])),
+        (_spread(by_step[1], at[0], total[1]), _spread(by_step[2], at[1], total[1])),
         boundaries.few,
     )
+
+
+def _spread(values: Array, index: IntArray, count: int) -> Array:
+    """Rows put where they belong among `count`, zero elsewhere."""
+    out = np.zeros((count, *values.shape[1:]))
+    out[index] = values
+    return out

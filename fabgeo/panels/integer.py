@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, vstack
 
 from fabgeo.arrays import Array, IntArray
+from fabgeo.panels.highs import Programme, solved
 from fabgeo.panels.pairs import Pairs
+
+NODES = 1000  # of the search for one choice
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class IntegerChoice:
     bound : float
         Proven: no choice among these candidates costs less.
     status : str
-        "optimal", or "time limit".
+        "optimal", "node limit" or "time limit".
     """
 
     chosen: IntArray
@@ -41,7 +43,7 @@ class IntegerChoice:
 
 
 def solve(
-    panel: IntArray, cost: Array, pairs: Pairs, incumbent: IntArray, seconds: float = 20.0
+    panel: IntArray, cost: Array, pairs: Pairs, incumbent: IntArray, seconds: float | None = None
 ) -> IntegerChoice:
     """Choose one candidate a panel.
 
@@ -51,36 +53,43 @@ def solve(
         Panel of every candidate; every panel has one at least.
     cost : (c,) array
     incumbent : (p,) int array
-        A choice that keeps the limits: returned where the time ends before a better one is found.
-    seconds : float
-        Time limit.
+        A choice that keeps the limits: returned where no better one is found.
+    seconds : float, optional
+        Limit by the clock; by default the work is limited (NODES), which is repeatable.
     """
     count, panels = len(panel), int(panel.max()) + 1
     one = csr_array((np.ones(count), (panel, np.arange(count))), shape=(panels, count))
-    constraints = [LinearConstraint(one, 1.0, 1.0)]  # pyright: ignore[reportArgumentType]
     conflicts = _conflicts(pairs, count)
-    if conflicts.shape[0]:
-        constraints.append(LinearConstraint(conflicts, -np.inf, 1.0))  # pyright: ignore[reportArgumentType]
-    found = milp(
-        cost,
-        integrality=np.ones(count),
-        bounds=Bounds(0.0, 1.0),
-        constraints=constraints,
-        options={"time_limit": seconds, "mip_rel_gap": 1e-4},
+    low = np.concatenate([np.ones(panels), np.full(conflicts.shape[0], -np.inf)])
+    zeros, ones = np.zeros(count), np.ones(count)
+    guess = zeros.copy()
+    guess[incumbent] = 1.0
+    found = solved(
+        Programme(
+            cost,
+            csr_array(vstack([one, conflicts])),
+            low,
+            np.ones(len(low)),
+            zeros,
+            ones,
+            whole=ones > 0.0,
+            small=False,
+            nodes=NODES,
+            seconds=seconds,
+        ),
+        guess,
     )
-    chosen, status = incumbent, "time limit"
+    chosen = incumbent
     if found.x is not None:
         picked = np.flatnonzero(found.x > 0.5)
         candidate = np.empty(panels, dtype=np.int64)
         candidate[panel[picked]] = picked
         if cost[candidate].sum() <= cost[incumbent].sum():
             chosen = candidate
-        status = "optimal" if found.status == 0 else "time limit"
-    bound = found.mip_dual_bound
     least = np.full(panels, np.inf)
     np.minimum.at(least, panel, cost)
-    bound = float(least.sum()) if bound is None or not np.isfinite(bound) else float(bound)
-    return IntegerChoice(chosen, float(cost[chosen].sum()), bound, status)
+    bound = max(float(least.sum()), found.bound)
+    return IntegerChoice(chosen, float(cost[chosen].sum()), bound, found.status)
 
 
 def _conflicts(pairs: Pairs, count: int) -> csr_array:

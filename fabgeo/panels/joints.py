@@ -28,6 +28,19 @@ _OPPOSITE: dict[str, Side] = {"first": "second", "second": "first", "start": "en
 _SAMPLES = 9
 
 
+def _halfway(count: int) -> Array:
+    """Values halfway between even samples, of the cubics through four (parabolas at both ends)."""
+    out = np.zeros((count - 1, count))
+    for k in range(1, count - 2):
+        out[k, k - 1 : k + 3] = np.array([-1.0, 9.0, 9.0, -1.0]) / 16.0
+    out[0, :3] = np.array([3.0, 6.0, -1.0]) / 8.0
+    out[-1, -3:] = np.array([-1.0, 6.0, 3.0]) / 8.0
+    return out
+
+
+_BETWEEN = _halfway(_SAMPLES)
+
+
 @dataclass(frozen=True)
 class Joints:
     """All joints of a set of panels, each once.
@@ -197,6 +210,7 @@ def compare(
     first: tuple[Array, Array], second: tuple[Array, Array], own: Array
 ) -> tuple[Array, Array]:
     """Largest gap and largest added kink in radians, (c,) each."""
-    gap = np.linalg.norm(first[0] - second[0], axis=-1).max(axis=-1)
+    off = first[0] - second[0]
+    gap = np.linalg.norm(np.concatenate([off, _BETWEEN @ off], axis=-2), axis=-1).max(axis=-1)
     added = rotation(first[1], second[1]) - own
     return gap, np.linalg.norm(added, axis=-1).max(axis=-1)

@@ -34,6 +34,14 @@ class Pairs:
     holds: BoolArray
     candidates: int
 
+    def among(self, index: IntArray) -> Pairs:
+        """Those of some candidates (in ascending order), numbered by their place there."""
+        place = np.full(self.candidates, -1, dtype=np.int64)
+        place[index] = np.arange(len(index))
+        first, second = place[self.first], place[self.second]
+        kept = (first >= 0) & (second >= 0)
+        return Pairs(self.joint[kept], first[kept], second[kept], self.holds[kept], len(index))
+
 
 def pairs_of(
     pool: Pool, joints: Joints, tolerances: Tolerances, known: Pairs | None = None

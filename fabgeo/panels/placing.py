@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -14,8 +12,10 @@ from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.firstorder import Boundaries, Option, option_of
 from fabgeo.panels.groups import colours_of, strips_of
+from fabgeo.panels.highs import all_solved, divisor
+from fabgeo.panels.integer import IntegerChoice
 from fabgeo.panels.pool import CLASSES
-from fabgeo.panels.programme import Decision, Group, Rim, settle_group, solve_group
+from fabgeo.panels.programme import Decision, Group, Rim, choosing, settling
 from fabgeo.panels.search import Search, scatter
 
 _FITTED = len(CLASSES) - 1
@@ -23,7 +23,6 @@ _CYLINDER = CLASSES.index("cylinder")
 _WIDE = 1.03  # of the limits in a bound: more than what linear features are off
 _NARROW = 0.98  # of the limits in placements that are to keep them
 _SETTLE = 2  # linear programmes about the placements before
-_EACH = 5.0  # seconds that one strip may take
 
 
 class StripPlacing:
@@ -33,8 +32,10 @@ class StripPlacing:
     ----------
     search : Search
         Whose pool the placements join.
-    seconds : float
-        Time for all of them together.
+    jobs : int, optional
+        Processes that solve them; None: this one alone.
+    seconds : float, optional
+        Limit by the clock of all of them together.
 
     Attributes
     ----------
@@ -46,13 +47,18 @@ class StripPlacing:
         Strips whose bound comes from their programme, not from their panels one by one.
     """
 
-    def __init__(self, search: Search, seconds: float) -> None:
-        self.search, self.until = search, time.perf_counter() + seconds
+    def __init__(
+        self, search: Search, jobs: int | None = None, seconds: float | None = None
+    ) -> None:
+        self.search, self.jobs = search, jobs
+        self.until = np.inf if seconds is None else time.perf_counter() + seconds
         self.boundaries = Boundaries(search.joints, search.tolerances)
         self.groups = strips_of(len(search.samples), search.joints)
         self.bounds = np.array([search.floors[group].sum() for group in self.groups])
         self.proven = 0
         self._options: list[Option] = []
+        self._offered: list[Option] = []
+        self._tried: dict[int, bytes] = {}  # neighbours that a strip was last placed against
 
     @property
     def costs(self) -> Array:
@@ -81,97 +87,126 @@ class StripPlacing:
         search = self.search
         if not len(search.radii):
             return self.options
-        everyone = np.arange(len(search.samples))
-        base = search.rolled(everyone, search.own.fits[_CYLINDER])[0]
-        able = deviation(search.samples, base)[0] <= search.tolerances.deviation_mm
-        return [
-            self._option(k, base, able, rolled=True) if k == _CYLINDER else option
-            for k, option in enumerate(self.options)
-        ]
+        if not self._offered:
+            everyone = np.arange(len(search.samples))
+            base = search.rolled(everyone, search.own.fits[_CYLINDER])[0]
+            able = deviation(search.samples, base)[0] <= search.tolerances.deviation_mm
+            self._offered = [
+                self._option(k, base, able, rolled=True) if k == _CYLINDER else option
+                for k, option in enumerate(self.options)
+            ]
+        return self._offered
 
     def prove(self) -> None:
         """Raise the bounds of strips that cost more than their panels' floors."""
+        search = self.search
         open_ = np.flatnonzero(self.costs > self.bounds + 1e-6)
-        found = self._decided([self._alone(self.groups[g]) for g in open_], self.options, _WIDE)
-        for g, decision in zip(open_, found, strict=True):
-            if decision is not None:
-                self.proven += 1
-                self.bounds[g] = max(self.bounds[g], decision.bound)
+        alone = [self._alone(self.groups[g]) for g in open_]
+        asked = [
+            choosing(group, self.options, search.joints, search.costs.by_kind, _WIDE).programme
+            for group in alone
+        ]
+        for g, solution in zip(open_, all_solved(asked, self.jobs), strict=True):
+            self.proven += 1
+            if np.isfinite(solution.bound):
+                self.bounds[g] = max(self.bounds[g], solution.bound)
 
-    def improve(self) -> bool:
+    def improve(self) -> IntegerChoice:
         """Place strips that cost more than they must against their neighbours as chosen.
 
-        Strips of one colour have no joint in common: they are placed at once. Whether it gained.
+        Strips of one colour have no joint in common: they are placed at once.
         """
-        search, before, options = self.search, self.search.cost, self.offered
+        search = self.search
         colour = colours_of(self.groups, search.joints)
         for each in range(int(colour.max(initial=-1)) + 1):
-            some = np.flatnonzero((colour == each) & (self.costs > self.bounds + 1e-6))
             if self.late:
                 break
-            if len(some) == 0:
-                continue
-            asked = [self._beside(self.groups[g]) for g in some]
-            self._settle(asked, self._decided(asked, options, _NARROW), options)
-            search.choose()
-        return search.cost < before - 1e-9
+            open_ = (colour == each) & (self.costs > self.bounds + 1e-6)
+            some = [g for g in np.flatnonzero(open_).tolist() if self._anew(g)]
+            groups = [self._beside(self.groups[g]) for g in some]
+            decisions = self._cheaper(groups, self.costs[some])
+            found = [(g, d) for g, d in zip(groups, decisions, strict=True) if d is not None]
+            if found:
+                before = len(search.pool)
+                self._settle([g for g, _ in found], [d for _, d in found])
+                search.choose(before)
+        return search.choose()
 
-    def _decided(
-        self, groups: Sequence[Group], options: Sequence[Option], share: float
-    ) -> list[Decision | None]:
+    def _anew(self, group: int) -> bool:
+        """Whether neighbours of a strip stand otherwise than when it was last placed."""
         search = self.search
+        here = np.isin(search.joints.panels, self.groups[group])
+        beside = search.joints.panels[here[:, ::-1] & ~here]
+        stand = search.current[beside].tobytes()
+        anew = self._tried.get(group) != stand
+        self._tried[group] = stand
+        return anew
 
-        def decided(group: Group) -> Decision | None:
-            if self.late:
-                return None
-            prices = search.costs.by_kind
-            return solve_group(group, options, search.joints, prices, share, _EACH)
+    def _cheaper(self, groups: Sequence[Group], costs: Array) -> list[Decision | None]:
+        """Classes and placements of groups that cost less than now; None where there are none."""
+        prices, options = self.search.costs.by_kind, self.offered
+        least = divisor(prices)  # what a cheaper choice saves
+        asked = [
+            choosing(group, options, self.search.joints, prices, _NARROW, cost - 0.99 * least)
+            for group, cost in zip(groups, costs, strict=True)
+        ]
+        found = all_solved([one.programme for one in asked], self.jobs)
+        return [
+            one.decision(group, options, solution)
+            for one, group, solution in zip(asked, groups, found, strict=True)
+        ]
 
-        return _side_by_side(decided, groups)
-
-    def _settle(
-        self,
-        groups: Sequence[Group],
-        decisions: Sequence[Decision | None],
-        decided: Sequence[Option],
-    ) -> None:
+    def _settle(self, groups: Sequence[Group], decisions: Sequence[Decision]) -> None:
         """Placements of the classes decided, from linear programmes about them in turn."""
         search = self.search
         kind = np.full(len(search.samples), _FITTED, dtype=np.int64)
         few = len(search.radii) > 0
-        stand = search.own.fits[-1]
         for group, decision in zip(groups, decisions, strict=True):
-            if decision is not None:
-                kind[group.panels] = decision.option % len(CLASSES)
-                stand = self._moved(stand, group, decided, kind, decision.steps)
+            kind[group.panels] = decision.option % len(CLASSES)
+        steps: Iterable[Sequence[Array] | None] = [decision.steps for decision in decisions]
+        stand = self._moved(search.own.fits[-1], groups, self.offered, kind, steps)
+        groups = [group for group in groups if np.any(kind[group.panels] != _FITTED)]
         for _ in range(_SETTLE):
             options = [
                 self._option(k, stand, kind == k, rolled=few and k == _CYLINDER)
                 for k in range(_FITTED)
             ]
-
-            def settled(group: Group, options: list[Option] = options) -> list[Array] | None:
-                own = [options[k] if k != _FITTED else None for k in kind[group.panels]]
-                return settle_group(group, own, search.joints)
-
-            for group, steps in zip(groups, _side_by_side(settled, groups), strict=True):
-                if steps is not None:
-                    stand = self._moved(stand, group, options, kind, steps)
+            asked = [
+                settling(
+                    group,
+                    [options[k] if k != _FITTED else None for k in kind[group.panels]],
+                    search.joints,
+                )
+                for group in groups
+            ]
+            found = all_solved([one.programme for one in asked], self.jobs)
+            steps = [
+                one.steps(group, solution)
+                for one, group, solution in zip(asked, groups, found, strict=True)
+            ]
+            stand = self._moved(stand, groups, options, kind, steps)
         for k in range(_FITTED):
             search.add(np.flatnonzero(kind == k), k, stand)
 
     def _moved(
         self,
         stand: Carriers,
-        group: Group,
+        groups: Sequence[Group],
         options: Sequence[Option],
         kind: IntArray,
-        steps: Sequence[Array],
+        steps: Iterable[Sequence[Array] | None],
     ) -> Carriers:
-        for p, step in zip(group.panels.tolist(), steps, strict=True):
-            if kind[p] != _FITTED:
-                at = np.array([p])
-                stand = scatter(stand, at, options[kind[p]].placed(at, step[None]))
+        """Carriers with the steps of groups made, of those that have any."""
+        own = {
+            p: step
+            for group, moves in zip(groups, steps, strict=True)
+            if moves is not None
+            for p, step in zip(group.panels.tolist(), moves, strict=True)
+        }
+        for k, option in enumerate(options):
+            at = np.array([p for p in own if kind[p] == k], dtype=np.int64)
+            if len(at):
+                stand = scatter(stand, at, option.placed(at, np.stack([own[p] for p in at])))
         return stand
 
     def _option(self, kind: int, base: Carriers, able: BoolArray, rolled: bool = False) -> Option:
@@ -203,8 +238,3 @@ class StripPlacing:
             )
             rims += [Rim(int(j), side, f) for j, f in zip(joint, beyond, strict=True)]
         return Group(panels, np.flatnonzero(here.all(axis=1)), tuple(rims))
-
-
-def _side_by_side[P, R](function: Callable[[P], R], items: Sequence[P]) -> list[R]:
-    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-        return list(threads.map(function, items))

@@ -12,7 +12,7 @@ A step is zero where its y is: the options' feasible sets are convex, and this i
 of their union (disjunctive programming), so that the solver's relaxation is tight. A panel that
 stays as fitted is an option without steps whose features are zero.
 
-With the classes decided, `settle_group` makes the largest use of any limit small.
+With the classes decided, `settling` makes the largest use of any limit small.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.sparse import csr_array
 
 from fabgeo.arrays import Array, IntArray
 from fabgeo.panels.firstorder import Option
+from fabgeo.panels.highs import Programme, Solution
 from fabgeo.panels.joints import Joints
 
 
@@ -65,13 +65,10 @@ class Decision:
         Index of the option; -1: as fitted.
     steps : sequence of (f,) arrays
         Steps of every panel's placement.
-    bound : float
-        Proven: no choice and no placement of the group costs less.
     """
 
     option: IntArray
     steps: Sequence[Array]
-    bound: float
 
 
 class _Rows:
@@ -106,15 +103,44 @@ class _Rows:
         return np.concatenate(self._low), np.concatenate(self._high)
 
 
-def solve_group(
+@dataclass(frozen=True)
+class Choosing:
+    """The programme that chooses a group's classes and placements.
+
+    Attributes
+    ----------
+    programme : Programme
+    column : dict
+        Where the binary of a panel and an option is, its steps behind it; option -1: as fitted.
+    """
+
+    programme: Programme
+    column: dict[tuple[int, int], int]
+
+    def decision(
+        self, group: Group, options: Sequence[Option], solution: Solution
+    ) -> Decision | None:
+        """What a solution says; None if it has no choice."""
+        if solution.x is None:
+            return None
+        x, chosen, moves = solution.x, [], []
+        for p in group.panels.tolist():
+            k = max((k for q, k in self.column if q == p), key=lambda k: x[self.column[p, k]])
+            at = self.column[p, k] + 1
+            chosen.append(k)
+            moves.append(x[at : at + options[k].count] if k >= 0 else np.zeros(0))
+        return Decision(np.array(chosen), moves)
+
+
+def choosing(
     group: Group,
     options: Sequence[Option],
     joints: Joints,
     prices: Array,
     share: float,
-    seconds: float,
-) -> Decision | None:
-    """The cheapest classes and placements of a group; None if the solver found nothing in time.
+    below: float = np.inf,
+) -> Choosing:
+    """The programme for the cheapest classes and placements of a group.
 
     Parameters
     ----------
@@ -123,8 +149,8 @@ def solve_group(
     share : float
         Share of every limit that may be used: above one for a bound that stands in spite of the
         features' curvature, below one for placements that keep the limits in spite of it.
-    seconds : float
-        Time limit.
+    below : float
+        Most that a choice may cost: there is none to be found where none is cheaper.
     """
     column: dict[tuple[int, int], int] = {}
     cost: list[float] = []
@@ -153,37 +179,51 @@ def solve_group(
                 if option.able[p]:
                     block = np.hstack([option.edge[side][j][:, None], option.edge_slope[side][j]])
                     rows.put(column[p, k], sign * block[few])
+    if np.isfinite(below):
+        rows.begin(np.full(1, -np.inf), np.full(1, below))
+        rows.put(0, np.array(cost)[None])
     whole = np.array(binary)
-    low, high = rows.limits
-    found = milp(
+    programme = Programme(
         np.array(cost),
-        integrality=whole.astype(np.int64),
-        bounds=Bounds(np.where(whole, 0.0, -np.inf), np.where(whole, 1.0, np.inf)),
-        constraints=LinearConstraint(rows.matrix(len(cost)), low, high),  # pyright: ignore[reportArgumentType]
-        options={"time_limit": seconds, "mip_rel_gap": 1e-4},
+        rows.matrix(len(cost)),
+        *rows.limits,
+        np.where(whole, 0.0, -np.inf),
+        np.where(whole, 1.0, np.inf),
+        whole,
     )
-    if found.x is None:
-        return None
-    chosen, moves = [], []
-    for p in group.panels.tolist():
-        k = max((k for q, k in column if q == p), key=lambda k: found.x[column[p, k]])
-        at = column[p, k] + 1
-        chosen.append(k)
-        moves.append(found.x[at : at + options[k].count] if k >= 0 else np.zeros(0))
-    return Decision(np.array(chosen), moves, float(found.mip_dual_bound))
+    return Choosing(programme, column)
 
 
-def settle_group(
-    group: Group, option: Sequence[Option | None], joints: Joints
-) -> list[Array] | None:
-    """Steps of a group's panels, each in its class, that make the largest use of a limit small.
+@dataclass(frozen=True)
+class Settling:
+    """The linear programme that makes the largest use of any limit small in a group.
 
-    None if there are none.
+    Attributes
+    ----------
+    programme : Programme
+    column : dict
+        Where the steps of a panel begin, and how many there are.
+    """
+
+    programme: Programme
+    column: dict[int, tuple[int, int]]
+
+    def steps(self, group: Group, solution: Solution) -> list[Array] | None:
+        """Steps of the group's panels; None if there is no solution."""
+        x = solution.x
+        if x is None:
+            return None
+        spans = [self.column.get(p, (0, 0)) for p in group.panels.tolist()]
+        return [x[at : at + count] for at, count in spans]
+
+
+def settling(group: Group, option: Sequence[Option | None], joints: Joints) -> Settling:
+    """The programme that settles a group's panels, each in its class.
 
     Parameters
     ----------
     option : sequence of Option or None
-        That of every panel of the group; None: it stays as fitted.
+        That of every panel of the group, of one at least; None: it stays as fitted.
     """
     column: dict[int, int] = {}
     of: dict[int, Option] = {}
@@ -192,8 +232,6 @@ def settle_group(
         if own is not None:
             column[p], of[p] = count, own
             count += own.count
-    if not of:
-        return None
     rows = _Rows()
     for p, own in of.items():
         f = own.value[p]
@@ -213,13 +251,10 @@ def settle_group(
                 rows.put(column[p], sign * t * of[p].edge_slope[side][j])
     cost = np.zeros(count)
     cost[0] = 1.0
-    found = linprog(cost, rows.matrix(count), rows.limits[1], bounds=(None, None), method="highs")
-    if found.x is None:
-        return None
-    return [
-        found.x[column[p] : column[p] + of[p].count] if p in of else np.zeros(0)
-        for p in group.panels.tolist()
-    ]
+    free = np.full(count, np.inf)
+    whole = np.zeros(count, dtype=bool)
+    programme = Programme(cost, rows.matrix(count), *rows.limits, -free, free, whole)
+    return Settling(programme, {p: (at, of[p].count) for p, at in column.items()})
 
 
 def _joint_rows(group: Group, width: int) -> Iterator[tuple[Array, list[tuple[int, int, float]]]]:

@@ -30,7 +30,11 @@ class Search:
     """Pool, pairs and current choice while they grow."""
 
     def __init__(
-        self, panels: Sequence[PanelInput], tolerances: Tolerances, costs: Costs, seconds: float
+        self,
+        panels: Sequence[PanelInput],
+        tolerances: Tolerances,
+        costs: Costs,
+        seconds: float | None = None,
     ) -> None:
         self.tolerances, self.costs, self.seconds = tolerances, costs, seconds
         self.own = own_candidates(panels, tolerances)
@@ -151,13 +155,24 @@ class Search:
         self.tried[k] = around
         return moved
 
-    def choose(self) -> IntegerChoice:
-        """Solve the integer programme over the pool as it is."""
+    def choose(self, since: int = 0) -> IntegerChoice:
+        """Solve the integer programme over the pool as it is.
+
+        Parameters
+        ----------
+        since : int
+            Among the candidates from this one on, and those that are chosen now.
+        """
         self.pairs = pairs_of(self.pool, self.joints, self.tolerances, self.pairs)
+        index = np.union1d(self.current, np.arange(since, len(self.pool)))
         result = solve(
-            self.pool.panel, self.costs.of(self.pool), self.pairs, self.current, self.seconds
+            self.pool.panel[index],
+            self.costs.of(self.pool)[index],
+            self.pairs.among(index),
+            np.searchsorted(index, self.current),
+            self.seconds,
         )
-        self.current = result.chosen
+        self.current = index[result.chosen]
         return result
 
     def add(self, index: IntArray, k: int, carriers: Carriers) -> None:

@@ -61,11 +61,11 @@ def trade_off(
     costs: Costs | None = None,
     sheet: Sheet | None = None,
     rounds: int = 2,
-    seconds: float = 10.0,
+    seconds: float | None = None,
 ) -> Iterator[TradeOffRow]:
     """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`.
 
-    `seconds` limits the programmes of each pair, see `fabgeo.panels.choose.choose`.
+    `seconds` limits the programmes of each pair by the clock, see `fabgeo.panels.choose.choose`.
     """
     base = tolerances or Tolerances()
     for deviation in deviations_mm:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from panel_patches import cone_strips, panels_of
+from scipy.sparse import csr_array
 
 from fabgeo import spline
 from fabgeo.errors import InputError
 from fabgeo.panels.choose import JointChoice, choose
 from fabgeo.panels.classify import classify
 from fabgeo.panels.forming import Sheet, forming_of
+from fabgeo.panels.highs import Programme, solved
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.radii import fewest
 from fabgeo.panels.samples import PanelInput
@@ -29,7 +34,7 @@ def panels() -> list[PanelInput]:
 
 @pytest.fixture(scope="module")
 def chosen(panels: list[PanelInput]) -> JointChoice:
-    return choose(panels, LIMITS, rounds=2, seconds=3.0)
+    return choose(panels, LIMITS, rounds=2)
 
 
 def boundary(patch: RuledPatch, side: str) -> tuple[np.ndarray, np.ndarray]:
@@ -183,6 +188,42 @@ def test_no_choice_undercuts_the_bound(panels: list[PanelInput]) -> None:
     found = choose(alone, LIMITS, rounds=2)
     assert found.floor <= found.bound + 1e-6 <= found.among + 2e-6
     assert 0.0 <= found.saving <= found.most + 1e-9
+
+
+def test_processes_change_nothing(panels: list[PanelInput], chosen: JointChoice) -> None:
+    again = choose(panels, LIMITS, rounds=2, jobs=2)
+    assert again.history == chosen.history
+    assert again.bound == chosen.bound
+    assert [pickle.dumps(c.made) for c in again.panels] == [
+        pickle.dumps(c.made) for c in chosen.panels
+    ]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_branching_here_finds_what_highs_finds(seed: int) -> None:
+    """Two routes to the least cost of random choices with continuous steps."""
+    rng = np.random.default_rng(seed)
+    sets, options, steps = 6, 4, 2
+    n = sets * options
+    prices = np.tile([1.0, 2.0, 3.0, 5.0], sets)
+    one = np.hstack([np.kron(np.eye(sets), np.ones(options)), np.zeros((sets, steps))])
+    limits = rng.normal(size=(30, n + steps)) * (rng.random((30, n + steps)) < 0.4)
+    limits[:, 3:n:options] = 0.0  # the dearest option is always open
+    high = np.concatenate([np.ones(sets), np.full(30, 0.3)])
+    low = np.concatenate([np.ones(sets), np.full(30, -np.inf)])
+    whole = np.arange(n + steps) < n
+    cost = np.concatenate([prices, np.zeros(steps)])
+    lower = np.where(whole, 0.0, -1.0)
+    given = Programme(
+        cost, csr_array(np.vstack([one, limits])), low, high, lower, np.ones(n + steps), whole
+    )
+    here, there = solved(given), solved(replace(given, small=False))
+    assert here.status == there.status == "optimal"
+    assert here.x is not None
+    assert cost @ here.x == pytest.approx(here.bound)
+    assert here.bound == pytest.approx(there.bound, rel=2e-4)
+    cut = solved(replace(given, nodes=1))
+    assert cut.bound <= here.bound + 1e-9
 
 
 def test_ends_stay_near_the_fitted_ones(panels: list[PanelInput], chosen: JointChoice) -> None:

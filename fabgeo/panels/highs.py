@@ -1,0 +1,188 @@
+"""Linear and integer programmes by HiGHS, limited by counts of work and never by the clock.
+
+One thread and one seed each, so that the same programme has the same solution on every machine,
+however busy; several programmes run side by side in processes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass
+from heapq import heappop, heappush
+
+import highspy
+import numpy as np
+from joblib import Parallel, delayed
+from scipy.sparse import csr_array
+
+from fabgeo.arrays import Array, BoolArray
+
+_Settings = dict[str, str | bool | int | float]
+_SAME: _Settings = {
+    "output_flag": False,
+    "threads": 1,
+    "random_seed": 0,
+    "mip_rel_gap": 1e-4,
+}
+
+
+@dataclass(frozen=True)
+class Programme:
+    """Minimise ``cost x`` where ``low <= matrix x <= high``, ``lower <= x <= upper``.
+
+    Attributes
+    ----------
+    cost : (n,) array
+    matrix : (m, n) sparse array
+    low, high : (m,) arrays
+    lower, upper : (n,) arrays
+    whole : (n,) bool array
+        Which x are zero or one.
+    small : bool
+        Whether to branch here: preparing the integer search takes HiGHS ten times as long as the
+        few linear programmes that a small one needs. Only integers may have costs then.
+    nodes : int
+        Most nodes of the integer search.
+    seconds : float or None
+        Limit by the clock, for who prefers it to repeatable results.
+    """
+
+    cost: Array
+    matrix: csr_array
+    low: Array
+    high: Array
+    lower: Array
+    upper: Array
+    whole: BoolArray
+    small: bool = True
+    nodes: int = 200
+    seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What became of a programme.
+
+    Attributes
+    ----------
+    x : (n,) array or None
+        The best found; None: none.
+    bound : float
+        Proven: no x costs less; infinite if there is none, minus infinity if nothing is proven.
+    status : str
+        "optimal", "infeasible", "node limit" or "time limit".
+    """
+
+    x: Array | None
+    bound: float
+    status: str
+
+
+def solved(programme: Programme, guess: Array | None = None) -> Solution:
+    """Solve a programme, from a known solution if there is one."""
+    if programme.small:
+        return _branched(programme)
+    asked: _Settings = {"mip_max_nodes": programme.nodes}
+    if programme.seconds is not None:
+        asked["time_limit"] = programme.seconds
+    highs = _loaded(programme, asked)
+    kinds = (highspy.HighsVarType.kContinuous, highspy.HighsVarType.kInteger)
+    every = np.arange(len(programme.cost), dtype=np.int32)
+    highs.changeColsIntegrality(
+        len(every), every, np.array([kinds[int(whole)] for whole in programme.whole])
+    )
+    if guess is not None:
+        known = highspy.HighsSolution()
+        known.col_value = guess.tolist()
+        highs.setSolution(known)
+    highs.run()
+    status, info = highs.getModelStatus(), highs.getInfo()
+    if status == highspy.HighsModelStatus.kInfeasible:
+        return Solution(None, np.inf, "infeasible")
+    word = "node limit"
+    if status == highspy.HighsModelStatus.kOptimal:
+        word = "optimal"
+    elif status == highspy.HighsModelStatus.kTimeLimit:
+        word = "time limit"
+    found = int(info.primal_solution_status) == int(highspy.kSolutionStatusFeasible)
+    x = np.array(highs.getSolution().col_value) if found else None
+    return Solution(x, float(info.mip_dual_bound), word)
+
+
+def _loaded(programme: Programme, asked: _Settings) -> highspy.Highs:
+    """The solver with a programme, all of it continuous."""
+    model = highspy.HighsLp()
+    matrix = programme.matrix.tocsc()
+    model.num_row_, model.num_col_ = matrix.shape
+    model.col_cost_ = programme.cost
+    model.col_lower_, model.col_upper_ = programme.lower, programme.upper
+    model.row_lower_, model.row_upper_ = programme.low, programme.high
+    model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    model.a_matrix_.start_ = matrix.indptr
+    model.a_matrix_.index_ = matrix.indices
+    model.a_matrix_.value_ = matrix.data
+    highs = highspy.Highs()
+    for name, value in (_SAME | asked).items():
+        highs.setOptionValue(name, value)
+    highs.passModel(model)
+    return highs
+
+
+def _branched(programme: Programme) -> Solution:
+    """Branch and bound, best bound first, each linear programme from the basis of the one before.
+
+    Costs of choices are multiples of what divides all prices: bounds are rounded up to them.
+    """
+    highs = _loaded(programme, {"presolve": "off"})
+    whole = np.flatnonzero(programme.whole).astype(np.int32)
+    step = divisor(programme.cost[whole])
+    best, x, lost = np.inf, None, np.inf
+    stack = [(-np.inf, 0, programme.lower[whole], programme.upper[whole])]
+    for node in range(programme.nodes):
+        if not stack or stack[0][0] >= best - 1e-6:
+            return Solution(x, min(best, lost), "infeasible" if x is None else "optimal")
+        bound, _, lower, upper = heappop(stack)
+        if len(whole):
+            highs.changeColsBounds(len(whole), whole, lower, upper)
+        highs.run()
+        status = highs.getModelStatus()
+        if status == highspy.HighsModelStatus.kInfeasible:
+            continue
+        if status != highspy.HighsModelStatus.kOptimal:
+            lost = min(lost, bound)  # nothing is known of this branch beyond its parent
+            continue
+        least = highs.getInfo().objective_function_value
+        if len(whole):
+            least = np.ceil((least - 1e-6) / step) * step
+        found = np.array(highs.getSolution().col_value)
+        off = np.abs(found[whole] - np.round(found[whole]))
+        if off.max(initial=0.0) < 1e-6:
+            if least < best:
+                best, x = float(least), found
+            continue
+        k = int(off.argmax())
+        near = np.round(found[whole][k])
+        for value in (near, 1.0 - near):
+            below, above = lower.copy(), upper.copy()
+            below[k] = above[k] = value
+            heappush(stack, (float(least), -2 * node - int(value == near), below, above))
+    open_ = stack[0][0] if stack else np.inf
+    return Solution(x, min(best, lost, open_), "node limit")
+
+
+def divisor(prices: Array) -> float:
+    """The largest number, of four decimals, that all prices are multiples of."""
+    found = int(np.gcd.reduce(np.round(prices * 1e4).astype(np.int64), initial=0))
+    rounded = np.abs(prices * 1e4 - np.round(prices * 1e4)).max(initial=0.0) > 1e-6
+    return 1e-6 if rounded or found == 0 else found / 1e4
+
+
+def all_solved(programmes: Sequence[Programme], jobs: int | None = None) -> list[Solution]:
+    """Solve programmes in `jobs` processes of this machine (joblib's; None: in this one)."""
+    batch = max(1, min(8, len(programmes) // 8))
+    parallel = Parallel(n_jobs=jobs or 1, backend="loky", batch_size=batch)
+    try:
+        return list(parallel(delayed(solved)(programme) for programme in programmes))
+    except BrokenExecutor:  # a process was ended from outside: the solutions are the same here
+        return [solved(programme) for programme in programmes]
