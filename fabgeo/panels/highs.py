@@ -56,7 +56,7 @@ class Programme:
     upper: Array
     whole: BoolArray
     small: bool = True
-    nodes: int = 200
+    nodes: int = 16
     seconds: float | None = None
 
 

@@ -215,7 +215,14 @@ def test_branching_here_finds_what_highs_finds(seed: int) -> None:
     cost = np.concatenate([prices, np.zeros(steps)])
     lower = np.where(whole, 0.0, -1.0)
     given = Programme(
-        cost, csr_array(np.vstack([one, limits])), low, high, lower, np.ones(n + steps), whole
+        cost,
+        csr_array(np.vstack([one, limits])),
+        low,
+        high,
+        lower,
+        np.ones(n + steps),
+        whole,
+        nodes=500,
     )
     here, there = solved(given), solved(replace(given, small=False))
     assert here.status == there.status == "optimal"
