@@ -134,7 +134,7 @@ def _branched(programme: Programme) -> Solution:
 
     Costs of choices are multiples of what divides all prices: bounds are rounded up to them.
     """
-    highs = _loaded(programme, {"presolve": "off"})
+    highs = _loaded(programme, {"presolve": "off", "simplex_iteration_limit": 2000})
     whole = np.flatnonzero(programme.whole).astype(np.int32)
     step = divisor(programme.cost[whole])
     best, x, lost = np.inf, None, np.inf
