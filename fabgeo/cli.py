@@ -20,6 +20,11 @@ from fabgeo.errors import FabgeoError
 if TYPE_CHECKING:
     from fabgeo.build.progress import Listener, Progress
 
+# The systems solved here have small blocks: threads of the linear algebra only stand in each
+# other's way, and in that of the processes that work on parts.
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")
+
 OK, FAILED, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
 TRADEOFF = {
