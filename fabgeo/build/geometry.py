@@ -29,7 +29,7 @@ from fabgeo.strips.axes import Axes
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures import panels as layers
-from fabgeo.structures.beams import BeamRule, Section, beams
+from fabgeo.structures.beams import BeamRule, Section, beams, plate_radii
 from fabgeo.structures.cells import cells
 from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Beam, Cell, Connector, Plate
@@ -171,6 +171,9 @@ def panels_of(
         except GeometryError as error:
             choices[k] = choice.as_fitted(f"{choice.cls}: {error.problem}", costs.developable)
             made.append(plate)
+        if choices[k].cls == "developable":  # of the panel as cut, seen more densely than to choose
+            least, largest = plate_radii(made[k].mid)
+            choices[k] = replace(choices[k], radius_min_mm=least, radius_max_mm=largest)
     return tuple(made), {choice.mark: choice for choice in choices}, saved
 
 
