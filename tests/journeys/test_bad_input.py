@@ -25,7 +25,6 @@ def obj(faces: list[tuple[int, ...]] | None = None, nan: bool = False) -> str:
     return "\n".join(lines) + "\n"
 
 
-
 FILES = {
     "missing.obj": (None, "no such file"),
     "empty.obj": ("", "empty.obj"),
