@@ -69,7 +69,8 @@ def area_scale(chart: Chart) -> float:
 
 
 def _counts(chart: Chart) -> tuple[int, int]:
-    return tuple(int(np.clip(4 * s, 12, 160)) for s in chart.spans)  # type: ignore[return-value]
+    along_u, along_v = chart.spans
+    return int(np.clip(4 * along_u, 12, 160)), int(np.clip(4 * along_v, 12, 160))
 
 
 def samples_of(chart: Chart, trim: Trim | None) -> tuple[Array, Array]:
