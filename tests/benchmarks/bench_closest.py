@@ -28,7 +28,7 @@ def timed(call: Callable[[], Any]) -> tuple[float, Any]:
 
 
 def great_court() -> FormulaSurface:
-    text = (ROOT / "fixtures" / "great-court" / "surface.toml").read_text()
+    text = (ROOT / "fixtures" / "great-court" / "project.toml").read_text()
     table = tomllib.loads(text)["surface"]
     table.pop("unit")
     return FormulaSurface(**table, scale=1000.0, name="great-court")

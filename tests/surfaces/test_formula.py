@@ -100,7 +100,7 @@ def test_a_direction_said_to_close_must_close():
 
 
 def great_court(fixtures) -> FormulaSurface:
-    table = tomllib.loads((fixtures / "great-court" / "surface.toml").read_text())["surface"]
+    table = tomllib.loads((fixtures / "great-court" / "project.toml").read_text())["surface"]
     assert table.pop("unit") == "m"
     return FormulaSurface(**table, scale=1000.0, name="great-court")
 
@@ -149,7 +149,7 @@ def test_great_court_is_the_published_formula(fixtures):
 
 
 def test_great_court_formula_reaches_the_edge_height(fixtures):
-    table = tomllib.loads((fixtures / "great-court" / "surface.toml").read_text())["surface"]
+    table = tomllib.loads((fixtures / "great-court" / "project.toml").read_text())["surface"]
     table.pop("unit")
     # v where the ray u = 0 meets the building's edge x = b.
     v = (36.625 - 22.245) / (0.97 * 36.625 - 22.245)
