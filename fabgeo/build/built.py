@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from OCP.TopoDS import TopoDS_Shape
-
-from fabgeo.cad import kernel
-from fabgeo.cad.measure import SolidReport
+from fabgeo.cad.report import SolidReport
 from fabgeo.errors import InputError
+
+if TYPE_CHECKING:
+    from OCP.TopoDS import TopoDS_Shape
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ class Built:
         InputError
             If it is not there, or its file is gone.
         """
+        from fabgeo.cad import kernel
+
         data = self.data
         if self.file is not None:
             from fabgeo.build.cache import read_entry

@@ -12,6 +12,7 @@ crash
 from __future__ import annotations
 
 import pickle
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
@@ -24,6 +25,9 @@ from fabgeo.build.cache import Cache
 BATCH = 8  # parts that are sent to a worker together
 ATTEMPTS = 2  # of one part alone, before it is the part's own fault
 CRASHED = "the process that worked on it died, again when it was alone"
+
+# joblib lets a worker go whose memory grew, between two parts: nothing is lost by it
+warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
 
 
 @dataclass(frozen=True)

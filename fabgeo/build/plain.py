@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fabgeo.build.built import Built
-from fabgeo.cad.measure import SolidReport
+from fabgeo.cad.report import SolidReport
 from fabgeo.errors import InputError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.panels.classify import PanelChoice

@@ -41,7 +41,8 @@ from OCP.XCAFDoc import (
 from fabgeo.arrays import Array
 from fabgeo.cad import kernel, measure
 from fabgeo.cad.assembly import Colour
-from fabgeo.cad.measure import SolidReport, check_solid
+from fabgeo.cad.measure import check_solid
+from fabgeo.cad.report import SolidReport
 from fabgeo.cad.samples import EdgeSamples, FaceSamples, edge_samples, face_samples
 from fabgeo.errors import InputError
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 
 
@@ -32,3 +33,14 @@ def stopped(number: int) -> int:
     if number == 7:
         raise OSError(28, "No space left on device")
     return number * number
+
+
+HELD: list[bytearray] = []
+
+
+def grows(n: int) -> tuple[int, int]:
+    """The square and the process that made it; part 60 leaves 400 MB behind."""
+    time.sleep(1.5 if n == 60 else 0.01)
+    if n == 60:
+        HELD.append(bytearray(b"1") * 400_000_000)
+    return n * n, os.getpid()

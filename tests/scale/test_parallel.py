@@ -39,6 +39,13 @@ def test_a_worker_killed_from_outside_costs_no_part(tmp_path: Path) -> None:
     assert (tmp_path / "flag").exists()
 
 
+def test_a_worker_that_grew_steps_back_and_costs_no_part() -> None:
+    found = list(results(work(scale_work.grows), range(100), 2))
+    assert [square for square, _ in found] == [n * n for n in range(100)]
+    grown = found[60][1]
+    assert grown not in {p for _, p in found[90:]}
+
+
 def test_finished_parts_are_kept_when_the_build_stops(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No space"):
         list(results(work(scale_work.stopped), NUMBERS, 1, Cache(tmp_path)))

@@ -1,0 +1,201 @@
+"""The whole way: every stage in its turn, each from the results of those before.
+
+    surface -> start -> fit -> panels, cells, beams -> flat parts -> nests -> solids -> files
+
+`design` makes the geometry, `build_package` also writes the package.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fabgeo.build.cache import Cache
+from fabgeo.build.fixings import fixings_of
+from fabgeo.build.flats import flats_of, refuse_oversize
+from fabgeo.build.folder import open_folder
+from fabgeo.build.geometry import (
+    Design,
+    lanes_of,
+    layers_of,
+    pair_of,
+    panels_of,
+    patches_of,
+    structure_of,
+)
+from fabgeo.build.materials import in_materials
+from fabgeo.build.mixed import crossed_by, straightened
+from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.nests import nests_of
+from fabgeo.build.package import Package, write_package
+from fabgeo.build.progress import Clock, Listener
+from fabgeo.build.solids import solids_of
+from fabgeo.build.surface import surface_of
+from fabgeo.build.trimming import trimmed, trims_panels
+from fabgeo.fitting.starts import Start
+from fabgeo.project import Project, read_project
+from fabgeo.strips.model import Patch, StripModel
+from fabgeo.structures.fixing import Fixing
+
+
+def design(
+    project: Project | Path | str,
+    *,
+    base: Path | None = None,
+    listener: Listener | None = None,
+    clock: Clock | None = None,
+    cache: Cache | None = None,
+    jobs: int | None = None,
+    fixing: Fixing | None = None,
+) -> Design:
+    """All geometry of a project, nothing written.
+
+    Parameters
+    ----------
+    project : Project or path
+        A project, or the path of its file.
+    base : Path, optional
+        Folder that the project's paths are relative to; by default the project file's own, or
+        the current one.
+    listener : callable, optional
+        Hears a `fabgeo.build.progress.Progress` at every step.
+    cache : Cache, optional
+        What earlier builds left.
+    jobs : int, optional
+        As in `build_package`.
+    fixing : Fixing, optional
+        A fixing of the user's own in place of the project's (which still says that there are
+        any): its `maker` draws the bracket, its holes are drilled.
+
+    Raises
+    ------
+    InputError, GeometryError
+        Naming the file, the setting or the part, and the cure.
+    """
+    if not isinstance(project, Project):
+        base = base or Path(project).parent
+        project = read_project(project)
+    base = base or Path()
+    clock, cache = clock or Clock(listener), cache or Cache()
+    with clock.stage("surface"):
+        surface = surface_of(project, base)
+    with clock.stage("start"):
+        initial = start_of(project, surface, base)
+    with clock.stage("fit"):
+        fitted = cache.once(
+            "fit", _fitted_to(project, initial, base), partial(fit_of, project, initial, clock)
+        )
+        model = outwards(fitted.model)
+    with clock.stage("panels"):
+        lanes = lanes_of(project, model)
+        patches = patches_of(project, lanes)
+        panels, choices, saved = cache.once(
+            "choice",
+            _panelled(project, lanes, patches),
+            partial(panels_of, project, lanes, patches, jobs),
+        )
+        layers = layers_of(project, lanes, patches)
+    made = Design(project, surface, initial, fitted, model, lanes, patches, panels, choices, layers)
+    made = replace(made, saved=saved)
+    if trims_panels(project, initial):
+        with clock.stage("trim"):
+            made = trimmed(made)
+    made = in_materials(made)
+    if project.cells or project.beams:
+        with clock.stage("structure"):
+            made = straightened(replace(made, **_structure(project, lanes, patches, cache)))
+    if project.connectors:
+        with clock.stage("connectors"):
+            made = replace(
+                made, **fixings_of(project, made.panels, made.beams, jobs, cache, fixing)
+            )
+    if project.crossed:
+        with clock.stage("crossed"):
+            made = crossed_by(made, base)
+    return made
+
+
+def build_package(
+    project: Project | Path | str,
+    out: Path | str,
+    *,
+    base: Path | None = None,
+    jobs: int | None = None,
+    fresh: bool = False,
+    listener: Listener | None = None,
+    fixing: Fixing | None = None,
+) -> Package:
+    """Build the hand-over package of a project into a folder.
+
+    Parameters
+    ----------
+    project, base, listener, fixing
+        As in `design`.
+    jobs : int, optional
+        Processes for work that is independent per part; by default what joblib's
+        `parallel_config` around the call says, else this process alone. A crash of the CAD
+        kernel on one part is isolated where the work is done by other processes.
+    out : path
+        The output folder; a package there is replaced once the new one is complete.
+    fresh : bool
+        Ignore what an earlier build left to use again.
+
+    Returns
+    -------
+    Package
+
+    Raises
+    ------
+    InputError, GeometryError
+        For bad input; nothing is written then.
+    """
+    clock = Clock(listener)
+    with open_folder(out) as folder:
+        cache = Cache(folder.cache, fresh)
+        if fresh:
+            folder.forget()
+        made = design(project, base=base, clock=clock, cache=cache, jobs=jobs, fixing=fixing)
+        with clock.stage("unfold", len(made.plates)):
+            flats = flats_of(made.project, made.plates, jobs, clock, cache)
+            refuse_oversize(made.project, made.plates, flats)
+        with clock.stage("nest"):
+            nests = nests_of(made.project, made.plates, flats, clock, cache)
+        parts = (*made.plates, *made.cells)
+        with clock.stage("solids", len(parts)):
+            built = solids_of(parts, jobs, clock, cache)
+        package = write_package(folder, made, flats, nests, built, clock, jobs, cache)
+        cache.prune()
+        return package
+
+
+def _fitted_to(project: Project, initial: Start, base: Path) -> tuple[object, ...]:
+    """What a fit depends on: the surface's data, its start, and [strips]."""
+    asked = project.surface
+    data = b"" if asked.file is None else (base / asked.file).read_bytes()
+    return asked.model_dump(), data, project.strips.model_dump(), initial.model
+
+
+def _panelled(
+    project: Project, model: StripModel, patches: tuple[Patch, ...]
+) -> tuple[object, ...]:
+    """What panels depend on: geometry, and of the project what is not of materials or later."""
+    asked = project.panels
+    panels = asked and asked.model_dump(exclude={"material", "materials", "layers", "trim"})
+    return panels, project.limits.gap_max_mm, _shape(model), patches
+
+
+def _structure(
+    project: Project, model: StripModel, patches: tuple[Patch, ...], cache: Cache
+) -> dict[str, Any]:
+    """Cells, walls, beams from the cache or made, and the pair that bounds the cells."""
+    tables = [table and table.model_dump() for table in (project.cells, project.beams)]
+    inputs = (tables, project.limits.transport_mm, _shape(model), patches)
+    pair = pair_of(project, model)
+    make = partial(structure_of, project, model, patches, pair)
+    return {**cache.once("structure", inputs, make), "pair": pair}
+
+
+def _shape(model: StripModel) -> tuple[object, ...]:
+    return model.control, model.closed_u, model.closed_i, model.kind
