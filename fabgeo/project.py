@@ -203,7 +203,10 @@ class StockSheet(Table):
 
 
 class Nesting(Table):
-    """Nesting of the flat parts: all seconds together, or `steps` for repeatable layouts."""
+    """Nesting of the flat parts: all seconds together, or `steps` for repeatable layouts.
+
+    `split`: panels, walls and beams' plates too long for every sheet are divided at rulings.
+    """
 
     spacing: NonNegative = 6.0
     margin: NonNegative = 10.0
@@ -211,6 +214,7 @@ class Nesting(Table):
     seconds: Positive = 20.0
     steps: Count | None = None
     seed: int = 0
+    split: bool = False
 
 
 class Cutting(Table):

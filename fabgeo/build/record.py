@@ -108,9 +108,12 @@ def setout_of(design: Design) -> list[SetoutPoint]:
                 SetoutPoint(name, corners[side, end], normals[end], "panel corner", plate.mark)
             )
     for beam in design.beams:
-        web = next(plate for plate in beam.plates if plate.role == "web")
-        ends = np.array([web.mid.u0, web.mid.u1])
-        inner, outer = web.mid.edges(ends)
+        webs = [p.mid for p in beam.plates if p.mark.startswith(f"{beam.mark}-WEB")]  # or pieces
+        first, last = webs[0], webs[-1]
+        inner, outer = np.stack(
+            [mid.edges(np.array([u]))[:, 0] for mid, u in ((first, first.u0), (last, last.u1))],
+            axis=1,
+        )
         axis = (outer - inner) / np.linalg.norm(outer - inner, axis=-1, keepdims=True)
         for number in (0, 1):
             name = f"{beam.mark}/{number + 1}"

@@ -74,6 +74,7 @@ spacing = 6.0
 margin = 10.0
 rotations = "steps"       # steps of 90 degrees; "grain": 0 and 180; "free"
 seconds = 10.0            # steps = 3 instead: the same layout every time
+# split = true            # parts too long for every sheet are divided at rulings
 
 # [[stock]]               # common sizes otherwise
 # material = "aluminium"

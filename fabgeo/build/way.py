@@ -32,6 +32,7 @@ from fabgeo.build.nests import nests_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.solids import solids_of
+from fabgeo.build.splitting import divided_patches, divided_structure
 from fabgeo.build.surface import surface_of
 from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.fitting.starts import Start
@@ -90,7 +91,7 @@ def design(
         model = outwards(fitted.model)
     with clock.stage("panels"):
         lanes = lanes_of(project, model)
-        patches = patches_of(project, lanes)
+        patches = divided_patches(project, lanes, patches_of(project, lanes))
         panels, choices, saved = cache.once(
             "choice",
             _panelled(project, lanes, patches),
@@ -194,7 +195,7 @@ def _structure(
     inputs = (tables, project.limits.transport_mm, _shape(model), patches)
     pair = pair_of(project, model)
     make = partial(structure_of, project, model, patches, pair)
-    return {**cache.once("structure", inputs, make), "pair": pair}
+    return {**divided_structure(project, cache.once("structure", inputs, make)), "pair": pair}
 
 
 def _shape(model: StripModel) -> tuple[object, ...]:

@@ -8,6 +8,7 @@ piece
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -19,7 +20,8 @@ from fabgeo.panels.unfold import smallest_rectangle
 from fabgeo.panels.unfold_develop import develop
 from fabgeo.strips.ruled import RuledPatch
 
-MOST_PIECES = 26
+MOST_PIECES = 100
+LEAST = 0.25  # of its rulings' length: shorter pieces are no panels
 
 
 def split_at_rulings(mid: RuledPatch, cuts: Array) -> list[RuledPatch]:
@@ -46,14 +48,15 @@ def split_at_rulings(mid: RuledPatch, cuts: Array) -> list[RuledPatch]:
 
 
 def split_to_fit(
-    mid: RuledPatch, mark: str, length: float, width: float, gap: float = 0.0
+    mid: RuledPatch, mark: str, rooms: Sequence[tuple[float, float]], gap: float = 0.0
 ) -> list[tuple[str, RuledPatch]]:
-    """Cut a patch at rulings into the fewest even pieces whose flat rectangles fit.
+    """Cut a patch at rulings into the fewest even pieces that each fit one of the rooms.
 
     Parameters
     ----------
-    length, width : float
-        mm, usable size of the stock (margins taken off).
+    rooms : sequence of (length, width)
+        mm, usable sizes of the stock (margins taken off); the longer side of a piece's smallest
+        rectangle lies along the first.
     gap : float
         mm, joint left open between two pieces, half of it taken off each.
 
@@ -67,31 +70,71 @@ def split_to_fit(
     GeometryError
         If no number of pieces fits: its rulings are longer than the stock is wide.
     """
+    spans = _spans(mid, mark, rooms, gap)
+    if len(spans) == 1:
+        return [(mark, mid)]
+    every = split_at_rulings(mid, np.unique(spans.ravel())[1:-1])
+    kept = every[:: 2 if gap > 0.0 else 1]
+    return [(f"{mark}{_letters(k)}", piece) for k, piece in enumerate(kept)]
+
+
+def cuts_to_fit(
+    mid: RuledPatch, mark: str, rooms: Sequence[tuple[float, float]]
+) -> tuple[float, ...]:
+    """Parameters of the fewest cuts, evenly along the middle, after which every piece fits.
+
+    Raises
+    ------
+    GeometryError
+        As `split_to_fit`.
+    """
+    return tuple(_spans(mid, mark, rooms)[1:, 0].tolist())
+
+
+def pieces_fit(
+    mid: RuledPatch, cuts: Sequence[float], rooms: Sequence[tuple[float, float]]
+) -> bool:
+    """Whether every piece between given cuts fits one of the rooms, laid flat."""
+    flat = develop(mid)
+    spans = pairwise([mid.u0, *cuts, mid.u1])
+    return all(_fits(flat.rule.breaks, flat.edges, span, rooms) for span in spans)
+
+
+def _spans(
+    mid: RuledPatch, mark: str, rooms: Sequence[tuple[float, float]], gap: float = 0.0
+) -> Array:
+    """Parameter intervals (n, 2) of the fewest even pieces that fit."""
     flat = develop(mid, mark)
     middle = flat.edges.mean(axis=0)
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(middle, axis=0), axis=-1)))
+    wide = float(np.linalg.norm(flat.edges[1] - flat.edges[0], axis=-1).max())
     for count in range(1, MOST_PIECES + 1):
+        if count > 1 and way[-1] / count < LEAST * wide:
+            break
         ends = np.linspace(0.0, way[-1], count + 1)
         low = ends[:-1] + np.where(np.arange(count) > 0, gap / 2.0, 0.0)
         high = ends[1:] - np.where(np.arange(count) < count - 1, gap / 2.0, 0.0)
-        span = np.interp(np.stack([low, high], axis=-1), way, flat.rule.breaks)
-        if not all(_fits(flat.rule.breaks, flat.edges, u, length, width) for u in span):
-            continue
-        if count == 1:
-            return [(mark, mid)]
-        every = split_at_rulings(mid, np.unique(span.ravel())[1:-1])
-        kept = every[:: 2 if gap > 0.0 else 1]
-        return [(f"{mark}{chr(97 + k)}", piece) for k, piece in enumerate(kept)]
+        spans = np.interp(np.stack([low, high], axis=-1), way, flat.rule.breaks)
+        if all(_fits(flat.rule.breaks, flat.edges, span, rooms) for span in spans):
+            return spans
+    sizes = " or ".join(f"{length:g} x {width:g}" for length, width in rooms)
     raise GeometryError(
-        mark, f"fits {length:g} x {width:g} mm in no number of pieces", "choose wider stock"
+        mark, f"fits {sizes or 'no'} mm in no number of pieces", "choose wider stock"
     )
 
 
-def _fits(breaks: Array, edges: Array, span: Array, length: float, width: float) -> bool:
+def _letters(k: int) -> str:
+    """Count by letters: a to z, then aa, ab and so on."""
+    return (_letters(k // 26 - 1) if k >= 26 else "") + chr(97 + k % 26)
+
+
+def _fits(
+    breaks: Array, edges: Array, span: Sequence[float] | Array, rooms: Sequence[tuple[float, float]]
+) -> bool:
     inside = (breaks > span[0]) & (breaks < span[1])
     ends = [
         [np.interp(u, breaks, edges[k, :, j]) for j in range(2)] for k in range(2) for u in span
     ]
     points = np.concatenate([edges[:, inside].reshape(-1, 2), np.array(ends)])
     _, long, short = smallest_rectangle(points)
-    return long <= max(length, width) and short <= min(length, width)
+    return any(long <= length and short <= width for length, width in rooms)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from functools import partial
 
 import numpy as np
 
 from fabgeo.arrays import Array, cross
+from fabgeo.review.check_work import each
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
-from fabgeo.review.rails import rail_normals
 from fabgeo.review.solid_plate import SolidPlate
 from fabgeo.structures.boxes import oriented_box
 
@@ -46,9 +47,10 @@ def _points(package: WrittenPackage, measured: Measured, findings: Findings) -> 
             _at_corners(mark, own[mark], plate.corners, len(plate.corners), findings)
             _normals(mark, own[mark], plate, findings)
     for mark in _marks(tables["beams"]):
-        web = measured.plates.get(f"{mark}-WEB")
-        if web is not None:
-            _at_corners(mark, own[mark], web.corners, 2, findings)
+        webs = [plate for key, plate in measured.plates.items() if key.startswith(f"{mark}-WEB")]
+        if webs:  # one, or pieces from seam to seam
+            corners = np.concatenate([web.corners for web in webs])
+            _at_corners(mark, own[mark], corners, 2, findings)
     for row in tables["connectors"]:
         centre = [number(row, f"{axis}_mm") for axis in "xyz"]
         if None not in centre:
@@ -78,7 +80,7 @@ def _normals(mark: str, rows: list[Row], plate: SolidPlate, findings: Findings) 
     if rails is None:
         return
     ends = np.concatenate([rail[[0, -1]] for rail in rails])
-    normals = np.concatenate([normal[[0, -1]] for normal in rail_normals(*rails)])
+    normals = np.concatenate([normal[[0, -1]] for normal in plate.normals])
     for row in rows:
         k = int(np.linalg.norm(ends - _vector(row, "x", "y", "z"), axis=1).argmin())
         stated = _vector(row, "nx", "ny", "nz")
@@ -95,24 +97,40 @@ def _boxes(package: WrittenPackage, measured: Measured, findings: Findings) -> N
     parts = defaultdict(list)
     for row in package.tables["plates"]:
         parts[row.get("parent", "")].append(row.get("mark", ""))
+    tasks: list[tuple[Row, list[SolidPlate], float | None]] = []
     for table in ("panels", "beams", "cells"):
         for row in package.tables[table]:
             mark = row.get("mark", "")
-            stated = [number(row, f"box_{side}_mm") for side in ("length", "width", "height")]
-            size = np.array([value for value in stated if value is not None])
-            if len(size) != 3:
-                continue
-            fits = bool(np.all(np.sort(size) <= limit + 0.1))
-            if row.get("transport") and fits != (row["transport"] == "fits"):
-                words = "fits" if fits else "too large"
-                findings.add(mark, "transport by its box", words, row["transport"])
-            volume = measured.volumes.get(mark)
-            if volume is not None and float(np.prod(size)) < volume * (1.0 - BOX):
-                findings.add(mark, "volume of its box in mm3", f"over {volume:.4g}", np.prod(size))
-            plates = [measured.plates[m] for m in parts.get(mark, [mark]) if m in measured.plates]
-            if plates and len(plates) == len(parts.get(mark, [mark])):
-                _box(mark, size, oriented_box(np.concatenate([_skins(p) for p in plates])).size,
-                     findings)  # fmt: skip
+            marks = parts.get(mark, [mark])
+            plates = [measured.plates[m] for m in marks if m in measured.plates]
+            whole = plates if len(plates) == len(marks) else []
+            tasks.append((row, whole, measured.volumes.get(mark)))
+    each(partial(_box_of, limit), tasks, package.jobs, measured, findings)
+
+
+def _box_of(
+    limit: Array,
+    part: tuple[Row, list[SolidPlate], float | None],
+    measured: Measured,
+    findings: Findings,
+) -> None:
+    """One row's box against the truck's, its solid's volume and the box around its plates."""
+    row, plates, volume = part
+    mark = row.get("mark", "")
+    stated = [number(row, f"box_{side}_mm") for side in ("length", "width", "height")]
+    size = np.array([value for value in stated if value is not None])
+    if len(size) != 3:
+        return
+    fits = bool(np.all(np.sort(size) <= limit + 0.1))
+    if row.get("transport") and fits != (row["transport"] == "fits"):
+        findings.add(
+            mark, "transport by its box", "fits" if fits else "too large", row["transport"]
+        )
+    if volume is not None and float(np.prod(size)) < volume * (1.0 - BOX):
+        findings.add(mark, "volume of its box in mm3", f"over {volume:.4g}", np.prod(size))
+    if plates:
+        points = np.concatenate([_skins(plate) for plate in plates])
+        _box(mark, size, oriented_box(points).size, findings)
 
 
 def _box(mark: str, stated: Array, found: Array, findings: Findings) -> None:
@@ -126,7 +144,7 @@ def _skins(plate: SolidPlate) -> Array:
     rails = plate.rails()
     if rails is None:
         return np.concatenate(plate.edges)
-    half = [0.5 * plate.thickness * normal for normal in rail_normals(*rails)]
+    half = [0.5 * plate.thickness * normal for normal in plate.normals]
     sides = [rail + sign * h for rail, h in zip(rails, half, strict=True) for sign in (-1.0, 1.0)]
     return np.concatenate([side[::8] for side in sides])
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, cross, unit
+from fabgeo.strips.pierce import pierce
 from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Beam, Connector, Plate
-from fabgeo.structures.pierce import pierce
 from fabgeo.structures.prisms import ruled_normals
 
 
@@ -44,19 +44,19 @@ def with_plates(
 ) -> list[Clash]:
     """Fixings that leave their panel or overhang their flange; flanges in panels."""
     plates = {panel.mark: panel for panel in panels}
-    flanges = {
-        beam.mark: plate for beam in beams for plate in beam.plates if plate.role == "flange_outer"
+    flanges = {  # one each, or pieces from seam to seam
+        beam.mark: [plate for plate in beam.plates if plate.role == "flange_outer"]
+        for beam in beams
     }
     found = []
     over = sorted({(c.panel, c.beam) for c in connectors})
     for panel, beam in over:
-        room = clear_distance(plates[panel], flanges[beam])
+        room = min(clear_distance(plates[panel], flange) for flange in flanges[beam])
         if room < 0.0:
             found.append(Clash(panel, beam, "the flange touches the panel", -room))
     edges = {
-        mark: plate.mid.edges(plate.mid.parameters(8))
-        for plate_of in (plates, flanges)
-        for mark, plate in plate_of.items()
+        plate.mark: plate.mid.edges(plate.mid.parameters(8))
+        for plate in (*plates.values(), *(f for own in flanges.values() for f in own))
     }
     for connector in connectors:
         fixing = products[connector.product]
@@ -67,7 +67,10 @@ def with_plates(
             depth = fixing.disc_diameter / 2.0 - room
             found.append(Clash(connector.mark, connector.panel, "disc beyond panel edge", depth))
         corners = base_corners(frame, fixing)
-        room = min(edge_room(edges[connector.beam], corner) for corner in corners)
+        room = max(
+            min(edge_room(edges[flange.mark], corner) for corner in corners)
+            for flange in flanges[connector.beam]
+        )
         if room < 0.0:
             found.append(
                 Clash(connector.mark, connector.beam, "base plate overhangs its flange", -room)

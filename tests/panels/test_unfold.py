@@ -264,7 +264,7 @@ def test_pieces_between_rulings_are_the_patch_itself() -> None:
 
 
 def test_long_parts_fit_after_splitting() -> None:
-    named = split_to_fit(cylinder(), "P-00-09", 1000.0, 600.0, gap=4.0)
+    named = split_to_fit(cylinder(), "P-00-09", [(1000.0, 600.0)], gap=4.0)
     assert [mark for mark, _ in named] == ["P-00-09a", "P-00-09b", "P-00-09c"]
     for mark, piece in named:
         part = unfold(piece, mark, "al", 3.0)
@@ -272,4 +272,4 @@ def test_long_parts_fit_after_splitting() -> None:
         assert size[0] <= 1000.0
         assert size[1] <= 600.0
     with pytest.raises(GeometryError, match="wider stock"):
-        split_to_fit(cylinder(), "P-00-09", 5000.0, 20.0)
+        split_to_fit(cylinder(), "P-00-09", [(5000.0, 20.0)])
