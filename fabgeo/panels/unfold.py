@@ -20,7 +20,7 @@ from fabgeo.errors import InputError
 from fabgeo.panels.flat import BendLine, FlatEdge, FlatHole, FlatPart
 from fabgeo.panels.unfold_certificate import certificate, hermite_area, normals
 from fabgeo.panels.unfold_develop import Development, develop
-from fabgeo.panels.unfold_holes import HoleLike, flat_hole, hole_area, images
+from fabgeo.panels.unfold_holes import HoleLike, flat_holes, hole_area, images
 from fabgeo.strips.ruled import RuledPatch
 
 GRAINS = ("free", "along", "steps")
@@ -75,14 +75,14 @@ def unfold(
         raise InputError(mark, f"expected grain in {GRAINS} and side 1 or -1")
     flat = _placed(develop(mid, mark, tolerance), side)
     outline = _outline(flat, shared or {}, side)
-    flat_holes = tuple(flat_hole(mid, flat, hole, mark) for hole in holes)
-    net = hermite_area(outline) - sum(hole_area(hole) for hole in flat_holes)
+    drilled = flat_holes(mid, flat, holes, mark)
+    net = hermite_area(outline) - sum(hole_area(hole) for hole in drilled)
     return FlatPart(
         mark=mark,
         material=material,
         thickness=thickness,
         outline=outline,
-        holes=flat_holes,
+        holes=drilled,
         bends=_bends(mid, flat, side, bend_spacing),
         area=net,
         grain=grain,

@@ -8,6 +8,7 @@ image
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -16,22 +17,40 @@ from fabgeo.arrays import Array
 from fabgeo.errors import GeometryError
 from fabgeo.panels.flat import FlatHole
 from fabgeo.panels.unfold_develop import Development
+from fabgeo.strips.pierce import pierce
 from fabgeo.strips.ruled import RuledPatch
+
+_NODES, _WEIGHTS = (np.asarray(x, dtype=np.float64) for x in np.polynomial.legendre.leggauss(6))
+MISSED = 1e-6  # mm between an axis and the point found for it
 
 
 class HoleLike(Protocol):
     """What is needed of a hole: see `fabgeo.structures.parts.Hole`."""
 
     @property
-    def centre(self) -> Array: ...  # noqa: D102 - a protocol's members are documented there
+    def centre(self) -> Array:
+        """Centre (3,) on the mid-surface, in mm."""
+        ...
+
     @property
-    def axis(self) -> Array: ...  # noqa: D102
+    def axis(self) -> Array:
+        """Unit direction (3,) of drilling."""
+        ...
+
     @property
-    def diameter(self) -> float: ...  # noqa: D102
+    def diameter(self) -> float:
+        """Diameter in mm."""
+        ...
+
     @property
-    def slot(self) -> float: ...  # noqa: D102
+    def slot(self) -> float:
+        """Length in mm between the centres of a slot's ends; 0 for a round hole."""
+        ...
+
     @property
-    def direction(self) -> Array: ...  # noqa: D102
+    def direction(self) -> Array:
+        """Direction (3,) of a slot."""
+        ...
 
 
 def hole_area(hole: FlatHole) -> float:
@@ -59,52 +78,70 @@ def images(mid: RuledPatch, flat: Development, u: Array, v: Array) -> Array:
 
 
 def _arc_between(mid: RuledPatch, edge: int, start: Array, end: Array) -> Array:
-    x, w = np.polynomial.legendre.leggauss(6)
     half = (end - start) / 2.0
-    u = start[..., None] + half[..., None] * (x + 1.0)
+    u = start[..., None] + half[..., None] * (_NODES + 1.0)
     speed = np.linalg.norm(mid.edges(u.ravel(), 1)[edge], axis=-1).reshape(u.shape)
-    return half * (speed @ w)
+    return half * (speed @ _WEIGHTS)
 
 
-def flat_hole(mid: RuledPatch, flat: Development, hole: HoleLike, mark: str) -> FlatHole:
-    """Follow the hole's axis to the mid-surface, then its (u, v) into the plane."""
-    u, v = _meet(mid, hole.centre, hole.axis, mark)
-    here = images(mid, flat, np.array([u]), np.array([v]))[0]
-    if hole.slot <= 0.0:
-        return FlatHole(here, hole.diameter)
-    a, b = mid.edges(np.array([u]))[:, 0]
-    velocity = mid.edges(np.array([u]), 1)[:, 0]
-    x_u, x_v = (1.0 - v) * velocity[0] + v * velocity[1], b - a
-    # The slot's direction along the axis into the tangent plane: d = du x_u + dv x_v + s axis.
-    du, dv, _ = np.linalg.solve(np.stack([x_u, x_v, hole.axis], axis=-1), hole.direction)
-    ends = images(mid, flat, np.array([u, u]), np.array([0.0, 1.0]))
+def flat_holes(
+    mid: RuledPatch, flat: Development, holes: Sequence[HoleLike], mark: str
+) -> tuple[FlatHole, ...]:
+    """Follow the holes' axes to the mid-surface, then their (u, v) into the plane.
+
+    Raises
+    ------
+    GeometryError
+        If an axis misses the patch.
+    """
+    if not holes:
+        return ()
+    axes = np.array([hole.axis for hole in holes])
+    u, v = _met(mid, np.array([hole.centre for hole in holes]), axes, mark)
+    centres = images(mid, flat, u, v)
+    angles = _slot_angles(mid, flat, u, v, axes, np.array([hole.direction for hole in holes]))
+    return tuple(
+        FlatHole(centre, hole.diameter, hole.slot, float(angle))
+        if hole.slot > 0.0
+        else FlatHole(centre, hole.diameter)
+        for hole, centre, angle in zip(holes, centres, angles, strict=True)
+    )
+
+
+def _slot_angles(
+    mid: RuledPatch, flat: Development, u: Array, v: Array, axes: Array, directions: Array
+) -> Array:
+    """Angles (k,) of slots in the plane: d = du x_u + dv x_v + s axis, then du and dv there."""
+    a, b = mid.edges(u)
+    da, db = mid.edges(u, 1)
+    x_u = da + v[:, None] * (db - da)
+    frame = np.stack([x_u, b - a, axes], axis=-1)
+    du, dv, _ = np.linalg.solve(frame, directions[..., None])[..., 0].T
     step = 1e-4 * (mid.u1 - mid.u0)
-    low, high = max(u - step, mid.u0), min(u + step, mid.u1)
-    pair = images(mid, flat, np.array([low, high]), np.array([v, v]))
-    direction = du * (pair[1] - pair[0]) / (high - low) + dv * (ends[1] - ends[0])
-    angle = float(np.arctan2(direction[1], direction[0])) % np.pi
-    return FlatHole(here, hole.diameter, hole.slot, angle)
+    low, high = np.maximum(u - step, mid.u0), np.minimum(u + step, mid.u1)
+    along = (images(mid, flat, high, v) - images(mid, flat, low, v)) / (high - low)[:, None]
+    across = images(mid, flat, u, np.ones_like(u)) - images(mid, flat, u, np.zeros_like(u))
+    flat_direction = du[:, None] * along + dv[:, None] * across
+    return np.arctan2(flat_direction[:, 1], flat_direction[:, 0]) % np.pi
 
 
-def _meet(mid: RuledPatch, centre: Array, axis: Array, mark: str) -> tuple[float, float]:
-    """Parameters where the line centre + s axis meets the patch, by Newton's method."""
+def _met(mid: RuledPatch, centres: Array, axes: Array, mark: str) -> tuple[Array, Array]:
+    """Parameters u, v (k,) where the lines centre + s axis meet the patch."""
     grid = mid.parameters(4)
     a, b = mid.edges(grid)
-    middle = (a + b) / 2.0 - centre
-    away = middle - (middle @ axis)[:, None] * axis
-    u, v, s = float(grid[np.argmin(np.linalg.norm(away, axis=-1))]), 0.5, 0.0
-    for _ in range(50):
-        a, b = mid.edges(np.array([u]))[:, 0]
-        da, db = mid.edges(np.array([u]), 1)[:, 0]
-        gap = (1.0 - v) * a + v * b - centre - s * axis
-        jacobian = np.stack([(1.0 - v) * da + v * db, b - a, -axis], axis=-1)
-        step = np.linalg.solve(jacobian, -gap)
-        u = float(np.clip(u + step[0], mid.u0, mid.u1))
-        v, s = v + float(step[1]), s + float(step[2])
-        if np.linalg.norm(gap) < 1e-9:
-            break
-    else:
-        raise GeometryError(mark, "a hole's axis misses the patch", "move the hole inside the part")
-    if not 0.0 <= v <= 1.0:
-        raise GeometryError(mark, "a hole lies outside the patch", "move the hole inside the part")
+    to_middle = (a + b) / 2.0 - centres[:, None, :]
+    away = to_middle - np.sum(to_middle * axes[:, None], axis=-1, keepdims=True) * axes[:, None]
+    guess = grid[np.argmin(np.linalg.norm(away, axis=-1), axis=1)]
+    u, v, s = pierce(mid, centres, axes, guess)
+    room = 1e-12 * (mid.u1 - mid.u0)
+    inside = (mid.u0 - room <= u) & (u <= mid.u1 + room) & (v >= 0.0) & (v <= 1.0)
+    u = np.clip(u, mid.u0, mid.u1)
+    missed = np.linalg.norm(mid.points(u, v) - centres - s[:, None] * axes, axis=-1)
+    if not np.all(inside & (missed < MISSED)):
+        k = int(np.argmin(inside & (missed < MISSED)))
+        raise GeometryError(
+            mark,
+            f"the axis of its hole at {np.round(centres[k], 1).tolist()} misses the part",
+            "move the hole inside the part",
+        )
     return u, v

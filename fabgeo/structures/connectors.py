@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fabgeo.arrays import Array, cross, dot, unit
+from fabgeo.strips.pierce import pierce
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beams import with_holes
 from fabgeo.structures.fixing import Fixing, Fixings, LocalHole
 from fabgeo.structures.parts import Beam, Connector, Hole, Plate
-from fabgeo.structures.pierce import pierce
 from fabgeo.structures.prisms import ruled_normals
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabgeo.arrays import Array, cross, unit
+from fabgeo.strips.pierce import pierce
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Hole, Prism
-from fabgeo.structures.pierce import pierce
 
 _NODES, _WEIGHTS = (np.asarray(x, dtype=np.float64) for x in np.polynomial.legendre.leggauss(4))
 _S, _DS = (_NODES + 1.0) / 2.0, _WEIGHTS / 2.0

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 # A torus with waves: conical strips, so that panels, cells and beams are all there.
@@ -57,6 +59,8 @@ def start(folder: Path, text: str, *arguments: str, name: str = "out") -> subpro
         stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"},
+        # Where tests run in the background, interrupts may be ignored.
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     )
 
 
