@@ -13,6 +13,8 @@ from fabgeo.errors import InputError
 type Array = npt.NDArray[np.float64]
 type IntArray = npt.NDArray[np.int64]
 type BoolArray = npt.NDArray[np.bool_]
+type IndexArray = npt.NDArray[np.intp]
+type ComplexArray = npt.NDArray[np.complex128]
 
 
 def checked(

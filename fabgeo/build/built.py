@@ -11,7 +11,7 @@ from fabgeo.cad.report import SolidReport
 from fabgeo.errors import InputError
 
 if TYPE_CHECKING:
-    from OCP.TopoDS import TopoDS_Shape
+    from fabgeo.cad.kernel import Shape
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Built:
         """Equal for equal shapes."""
         return sha256(self.data).hexdigest() if self.file is None else self.file.name
 
-    def shape(self) -> TopoDS_Shape:
+    def shape(self) -> Shape:
         """The shape.
 
         Raises

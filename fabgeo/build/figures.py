@@ -30,7 +30,7 @@ from fabgeo.structures.parts import Plate
 from fabgeo.structures.prisms import ruled_normals
 
 if TYPE_CHECKING:
-    from OCP.TopoDS import TopoDS_Shape
+    from fabgeo.cad.kernel import Shape
 
 type Figures = dict[str, dict[str, float | None]]
 
@@ -174,7 +174,7 @@ def summary_of(
     return out
 
 
-def _shapes(node: Node) -> Iterator[TopoDS_Shape]:
+def _shapes(node: Node) -> Iterator[Shape]:
     """The solids of one product, each as often as it is placed in it."""
     product = node.instance_of or node
     if product.shape is not None:
@@ -194,7 +194,7 @@ def shared_edge_error(design: Design, flats: Mapping[str, FlatPart]) -> float | 
     mids = {plate.mark: plate.mid for plate in design.plates}
     errors: dict[tuple[str, str], tuple[str, float]] = {}
     for part in flats.values():
-        space = dict(zip(SIDES, edge_lengths(mids[part.mark]), strict=True))
+        space = dict[str, float](zip(SIDES, edge_lengths(mids[part.mark]), strict=True))
         for edge in part.outline:
             error = hermite_length(edge) - space[edge.name]
             errors[part.mark, edge.name] = (edge.shared, error)
@@ -212,15 +212,15 @@ def edge_lengths(mid: RuledPatch) -> tuple[float, float, float, float]:
     By Gauss quadrature over knot spans, halved until nothing changes: a cut edge that comes close
     to the rulings' direction is steep in the parameter.
     """
-    spans, before = np.unique(mid.knots), np.zeros(2)
+    spans, lengths = np.unique(mid.knots), np.zeros(2)
     for _ in range(HALVINGS):
         half = np.diff(spans)[:, None] / 2.0
         u = (spans[:-1, None] + half * (_NODES + 1.0)).ravel()
         speed = np.linalg.norm(mid.edges(u, 1), axis=-1)
-        lengths = speed @ (half * _WEIGHTS).ravel()
+        before, lengths = lengths, speed @ (half * _WEIGHTS).ravel()
         if np.abs(lengths - before).max() < EXACT:
             break
-        before, spans = lengths, np.union1d(spans, (spans[1:] + spans[:-1]) / 2.0)
+        spans = np.union1d(spans, (spans[1:] + spans[:-1]) / 2.0)
     first, second = lengths
     a, b = mid.edges(np.array([mid.u0, mid.u1]))
     start, end = np.linalg.norm(b - a, axis=-1)

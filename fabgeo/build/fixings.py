@@ -96,8 +96,8 @@ def fixings_of(
     products = {key: replace(fixing, stand_off=high) for key, high in real.items()}
     holes: dict[str, list[Hole]] = defaultdict(list)
     for one in found:
-        for mark, own in one["holes"].items():
-            holes[mark] += own
+        for mark, bored in one["holes"].items():
+            holes[mark] += bored
     clashes = [Clash(*each) for one in found for each in one["clashes"]]
     return {
         "connectors": tuple(connectors),

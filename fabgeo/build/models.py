@@ -58,7 +58,7 @@ def write_models(
         part, own = _part(bare, built, family)
         products = products_of(part)  # made once, in this process
         files.append(_File(folder.place(f"model/{name}"), part, own, family, products))
-    Parallel(n_jobs=jobs, batch_size=1, max_nbytes=None)(delayed(_write)(file) for file in files)
+    Parallel(n_jobs=jobs, max_nbytes=None)(delayed(_write)(file) for file in files)
 
 
 def _write(file: _File) -> None:

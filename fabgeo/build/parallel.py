@@ -97,7 +97,7 @@ def _survived[P, R](
 
 
 def _run[P, R](function: Callable[[P], R], parts: Sequence[P], jobs: int | None) -> Iterator[R]:
-    batch = max(1, min(BATCH, len(parts) // 4))
+    batch: Any = max(1, min(BATCH, len(parts) // 4))  # joblib tells its type by its default
     parallel = Parallel(n_jobs=jobs, return_as="generator", batch_size=batch)
     for result in parallel(delayed(_done)(function, part) for part in parts):
         if result is not None:

@@ -24,7 +24,6 @@ from fabgeo.errors import InputError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.panels.classify import PanelChoice
 from fabgeo.panels.flat import BendLine, FlatEdge, FlatHole, FlatPart
-from fabgeo.panels.forming import Forming
 from fabgeo.panels.shapes import Cone, Cylinder, Plane
 from fabgeo.sheets.stock import Nest, Placement, Sheet, Stock
 from fabgeo.strips.model import Patch, StripModel
@@ -32,7 +31,7 @@ from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Beam, Cell, Connector, Hole, Plate, Prism
 
 _CLASSES = (
-    *(FitResult, StripModel, Patch, RuledPatch, PanelChoice, Forming, Plane, Cylinder, Cone),
+    *(FitResult, StripModel, Patch, RuledPatch, PanelChoice, Plane, Cylinder, Cone),
     *(Plate, Hole, Prism, Cell, Beam, Connector, FlatPart, FlatEdge, FlatHole, BendLine),
     *(Stock, Placement, Sheet, Nest, Built, SolidReport),
 )

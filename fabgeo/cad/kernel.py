@@ -31,6 +31,8 @@ from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shape, TopoDS_So
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 
+type Shape = TopoDS_Shape
+
 
 def point(xyz: Array) -> gp_Pnt:
     """A kernel point of (3,) coordinates."""

@@ -8,7 +8,6 @@ from fabgeo.errors import InputError
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.result import FitResult, Listener, Progress
 from fabgeo.fitting.run import Run
-from fabgeo.fitting.subdivide import subdivide
 from fabgeo.strips.model import KINDS, Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 
@@ -54,7 +53,7 @@ def fit(
         return Run(surface, start, kind, options, listener).result()
     coarse = replace(options, across=options.across - 1, refinements=0)
     first = fit(surface, _every_other_edge(start), kind, coarse, listener)
-    halved = subdivide(first.model)
+    halved = first.model.divided(2)
     if first.status == "interrupted":
         return replace(first, model=halved)
     found = Run(surface, halved, kind, options, listener).result()

@@ -35,7 +35,8 @@ class Level:
     def __init__(
         self, net: Net, reference: Reference, kind: Kind, options: FitOptions, held: Held
     ) -> None:
-        self.net, self.reference, self.kind = net, reference, kind
+        self.net, self.reference = net, reference
+        self.kind: Kind = kind
         self.options, self.held = options, held
         self.fine, self.coarse = Sites.chebyshev(net, 3), Sites.gauss(net, 2)
         self.dense = dense_sites(net)

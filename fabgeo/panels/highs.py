@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from heapq import heappop, heappush
+from typing import Any
 
 import highspy
 import numpy as np
@@ -114,13 +115,13 @@ def _loaded(programme: Programme, asked: _Settings) -> highspy.Highs:
     """The solver with a programme, all of it continuous."""
     model = highspy.HighsLp()
     matrix = programme.matrix.tocsc()
-    model.num_row_, model.num_col_ = matrix.shape
+    model.num_row_, model.num_col_ = len(programme.low), len(programme.cost)
     model.col_cost_ = programme.cost
     model.col_lower_, model.col_upper_ = programme.lower, programme.upper
     model.row_lower_, model.row_upper_ = programme.low, programme.high
     model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    model.a_matrix_.start_ = matrix.indptr
-    model.a_matrix_.index_ = matrix.indices
+    model.a_matrix_.start_ = matrix.indptr.astype(np.int32)
+    model.a_matrix_.index_ = matrix.indices.astype(np.int32)
     model.a_matrix_.value_ = matrix.data
     highs = highspy.Highs()
     for name, value in (_SAME | asked).items():
@@ -180,9 +181,10 @@ def divisor(prices: Array) -> float:
 
 def all_solved(programmes: Sequence[Programme], jobs: int | None = None) -> list[Solution]:
     """Solve programmes in `jobs` processes of this machine (joblib's; None: in this one)."""
-    batch = max(1, min(8, len(programmes) // 8))
+    batch: Any = max(1, min(8, len(programmes) // 8))  # joblib tells its type by its default
     parallel = Parallel(n_jobs=jobs or 1, backend="loky", batch_size=batch)
     try:
-        return list(parallel(delayed(solved)(programme) for programme in programmes))
+        found = parallel(delayed(solved)(programme) for programme in programmes)
+        return [solution for solution in found if solution is not None]
     except BrokenExecutor:  # a process was ended from outside: the solutions are the same here
         return [solved(programme) for programme in programmes]

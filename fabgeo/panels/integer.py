@@ -60,7 +60,7 @@ def solve(
     count, panels = len(panel), int(panel.max()) + 1
     one = csr_array((np.ones(count), (panel, np.arange(count))), shape=(panels, count))
     conflicts = _conflicts(pairs, count)
-    low = np.concatenate([np.ones(panels), np.full(conflicts.shape[0], -np.inf)])
+    low = np.concatenate([np.ones(panels), np.full(len(conflicts.indptr) - 1, -np.inf)])
     zeros, ones = np.zeros(count), np.ones(count)
     guess = zeros.copy()
     guess[incumbent] = 1.0

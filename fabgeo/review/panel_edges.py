@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, unit
-from fabgeo.review.rails import rail_normals, ruling_radii
+from fabgeo.arrays import Array, IntArray, cross, unit
 from fabgeo.review.solid_plate import SolidPlate
 
 FINE = 4  # points of an edge to one of its solid's samples
@@ -65,15 +64,15 @@ class PanelEdge:
             place, fraction = np.where(closer, k, place), np.where(closer, t, fraction)
         return place, fraction
 
-    def at(self, place: Array, t: Array) -> Array:
+    def at(self, place: IntArray, t: Array) -> Array:
         """Points (k, 3) in segments at fractions."""
         return _between(self.points, place, t)
 
-    def normal_at(self, place: Array, t: Array) -> Array:
+    def normal_at(self, place: IntArray, t: Array) -> Array:
         """Normals (k, 3) in segments at fractions."""
         return _between(self.normals, place, t)
 
-    def fan_at(self, place: Array, t: Array) -> Array:
+    def fan_at(self, place: IntArray, t: Array) -> Array:
         """Fan (k,) in segments at fractions."""
         return _between(self.fan[:, None], place, t)[:, 0]
 
@@ -90,8 +89,8 @@ def panel_edges(plates: Mapping[str, SolidPlate]) -> list[PanelEdge]:
 
 def _edges(mark: str, plate: SolidPlate, rails: tuple[Array, Array]) -> list[PanelEdge]:
     """The four edges in the plate's order; its rails are two that face each other."""
-    normals = rail_normals(*rails)
-    curvature = 1.0 / ruling_radii(rails)
+    normals = plate.normals
+    curvature = 1.0 / plate.radii
     first = next(k for k in (0, 1) if np.array_equal(plate.edges[k], rails[0]))
     found = [
         _rail(mark, first, rails[0], normals[0]),
@@ -132,5 +131,5 @@ def _speeds(rails: tuple[Array, Array], normals: tuple[Array, Array]) -> Array:
     return out
 
 
-def _between(values: Array, place: Array, t: Array) -> Array:
+def _between(values: Array, place: IntArray, t: Array) -> Array:
     return values[place] + t[:, None] * (values[place + 1] - values[place])

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, unit
+from fabgeo.arrays import Array, ComplexArray, cross, unit
 
 if TYPE_CHECKING:
     from fabgeo.cad.readback import EdgeSamples, ReadPart
@@ -44,8 +44,8 @@ class SolidPlate:
         Whether each edge is a straight line.
     thickness : float
         Mean distance of the skins along the edges in mm.
-    holes : int
-        Number of openings through both skins.
+    openings : tuple of (n, 3) arrays
+        Rims of the openings through both skins, at mid-surface.
     """
 
     mark: str
@@ -54,7 +54,7 @@ class SolidPlate:
     edges: tuple[Array, ...]
     straight: tuple[bool, ...]
     thickness: float
-    holes: int
+    openings: tuple[Array, ...]
 
     @cached_property
     def lengths(self) -> Array:
@@ -73,6 +73,30 @@ class SolidPlate:
         arrive = np.roll(unit(np.stack([-_tangent(edge[::-1]) for edge in self.edges])), 1, axis=0)
         sine = np.linalg.norm(cross(arrive, leave), axis=1)
         return np.arctan2(sine, np.sum(arrive * leave, axis=1))
+
+    @cached_property
+    def normals(self) -> tuple[Array, Array]:
+        """Unit normals of the mid-surface along both rails: `rail_normals`; four-sided plates."""
+        return rail_normals(*self.four_sided)
+
+    @cached_property
+    def radii(self) -> Array:
+        """Bending radii (2, n) along both rails: `ruling_radii`; four-sided plates."""
+        return ruling_radii(self.four_sided)
+
+    @property
+    def four_sided(self) -> tuple[Array, Array]:
+        """`rails` of a plate that has them.
+
+        Raises
+        ------
+        GeometryError
+            If it has none.
+        """
+        rails = self.rails()
+        if rails is None:
+            raise GeometryError(self.mark, "is no four-sided plate", "ask `rails` first")
+        return rails
 
     def rails(self) -> tuple[Array, Array] | None:
         """The two edges that rulings join, in the same sense; None: not a four-sided plate."""
@@ -118,7 +142,9 @@ def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | No
         tuple(side.points for side in outer),
         tuple(side.straight for side in outer),
         float(np.mean([side.thickness for side in outer])),
-        len(loops) - 1,
+        tuple(
+            np.concatenate([side.points for side in loop]) for loop in loops if loop is not outer
+        ),
     )
 
 
@@ -214,8 +240,8 @@ def developed(a: Array, b: Array) -> tuple[Array, Array]:
     sites = np.arange(0.0, len(a), 2.0)
     dense = np.linspace(0.0, sites[-1], 8 * (len(sites) - 1) + 1)
     flat = [f[::2] + (f[::2] - c) / 3.0 for f, c in zip(fine, coarse, strict=True)]
-    made = [np.asarray(CubicSpline(sites, points)(dense)) for points in flat]
-    return made[0], made[1]
+    made = np.asarray(CubicSpline(sites, np.stack(flat, axis=1))(dense))
+    return made[:, 0], made[:, 1]
 
 
 def _laid(a: Array, b: Array) -> tuple[Array, Array]:
@@ -235,14 +261,14 @@ def _laid(a: Array, b: Array) -> tuple[Array, Array]:
     return _plane(first), _plane(second)
 
 
-def _apex(base: Array, to_p: Array, to_q: Array) -> Array:
+def _apex(base: Array, to_p: Array, to_q: Array) -> ComplexArray:
     """The apex right of a base from p to q by its two sides, as a complex multiple of the base."""
     x = (to_p**2 - to_q**2 + base**2) / (2.0 * base)
     y = np.sqrt(np.maximum(to_p**2 - x * x, 0.0))
     return (x - 1j * y) / base
 
 
-def _plane(points: Array) -> Array:
+def _plane(points: ComplexArray) -> Array:
     return np.stack([points.real, points.imag], axis=-1)
 
 

@@ -180,7 +180,11 @@ def _merged(joint: Index, low: Array, high: Array) -> _Reach:
     order = np.lexsort((low, joint))
     joint, low, high = joint[order], low[order], high[order]
     # A running maximum for each joint by itself: those of one joint lie far from the next's.
-    apart = 2.0 * (np.ptp(high) + np.ptp(low) + float(np.max(high) - np.min(low)) + 1.0) * joint
+    apart = (
+        2.0
+        * float(np.ptp(high) + np.ptp(low) + np.max(high) - np.min(low) + 1.0)
+        * joint.astype(float)
+    )
     top = np.maximum.accumulate(high + apart) - apart
     fresh = np.append(True, (joint[1:] != joint[:-1]) | (low[1:] > top[:-1]))
     (at,) = np.nonzero(fresh)

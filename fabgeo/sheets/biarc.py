@@ -16,7 +16,7 @@ import shapely
 
 from fabgeo.arrays import Array, unit
 from fabgeo.panels.flat import FlatEdge, FlatPart
-from fabgeo.sheets.arc_chain import fewest_arcs
+from fabgeo.sheets.arc_chain import Index, fewest_arcs
 from fabgeo.sheets.contour import Contour
 
 SAMPLES = 6  # dense samples between two points of a flat edge
@@ -68,7 +68,7 @@ def _lines(points: Array, tolerance: float) -> Array:
     return np.column_stack([kept, np.zeros(len(kept))])
 
 
-def _gap(edge: FlatEdge, samples: int, vertices: Array, joints: Array) -> float:
+def _gap(edge: FlatEdge, samples: int, vertices: Array, joints: Index) -> float:
     """Largest distance of the edge from its arcs, between the samples they were made for."""
     points, _ = dense(edge, FINER * samples)
     at = np.arange(len(points))

@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabgeo.arrays import Array
@@ -31,6 +32,7 @@ TRIED = 64  # pieces that are tried at a time
 PLACES = 5  # along the sheet where a piece is dropped, the two ends among them
 SAFE = 0.02  # mm, grown beyond half the spacing: round corners are polygons
 
+type Float32Array = npt.NDArray[np.float32]
 type Drop = tuple[int, int, float]  # row of the profiles, column, height
 
 
@@ -64,8 +66,8 @@ class Profiles:
 
     piece: np.ndarray[tuple[int], np.dtype[np.intp]]
     rotation: Array
-    low: Array
-    high: Array
+    low: Float32Array
+    high: Float32Array
     corner: Array
     length: Array
     height: Array

@@ -66,14 +66,13 @@ def cheapest_choice(
     seconds: float | None,
 ) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
     """How many of every known sheet to buy (n,), found in so many seconds (or `NODES` nodes)."""
-    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.optimize import milp
 
     cost, rows, bound, open_, _ = _rows(counts, own, costs, demand, stocked)
     found = milp(
         cost,
-        constraints=LinearConstraint(rows, -np.inf, bound),
+        constraints=(rows, -np.inf, bound),
         integrality=np.append(np.ones(len(own)), np.zeros(len(open_))),
-        bounds=Bounds(0, np.inf),
         options={"node_limit": NODES} if seconds is None else {"time_limit": seconds},
     )
     if found.x is None:

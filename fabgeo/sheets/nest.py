@@ -185,9 +185,9 @@ class _Group:
     def _at_best(self, pieces: list[Piece], layout: Layout) -> bool:
         """Whether no layout on its one stock can have fewer sheets: their area tells."""
         rules = self.rules
-        if len(rules.stocks) > 1 or sum(len(placed) for _, placed in layout) < len(pieces):
+        stock, *others = rules.stocks
+        if others or sum(len(placed) for _, placed in layout) < len(pieces):
             return False
-        (stock,) = rules.stocks
         room = (stock.length - 2 * rules.margin) * (stock.width - 2 * rules.margin)
         return len(layout) <= math.ceil(sum(piece.area for piece in pieces) / room)
 

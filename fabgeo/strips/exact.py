@@ -205,7 +205,7 @@ def tangent_developable(
 
 def spherical_geodesics(radius: float, width: float, edges: int, segments: int = 12) -> ExactModel:
     """Great circles of a sphere through two poles: a geodesic model of cylinder strips."""
-    angles: Array = width / radius * (np.arange(edges) - (edges - 1) / 2.0)
+    angles = width / radius * (np.arange(edges, dtype=np.float64) - (edges - 1) / 2.0)
     made = meridians(0.0, radius, angles, -0.9, 0.9, segments)
     return ExactModel(made.curves, edges, segments, kind="geodesic", name="great circles")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, unit
+from fabgeo.arrays import Array, BoolArray, IndexArray, cross, dot, unit
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
@@ -74,7 +74,7 @@ class _Loop:
 
     def short(self, points: Array) -> Array:
         """Signed distances (k,) from the loop: positive on the surface's side."""
-        _, near = self._tree.query(points)
+        near = np.asarray(self._tree.query(points)[1], dtype=np.intp)
         best, found = np.full(len(points), np.inf), np.zeros(len(points))
         for k in (near, (near - 1) % len(self._start)):
             v = self._step[k]
@@ -87,7 +87,7 @@ class _Loop:
             best = np.where(closer, distance, best)
         return found
 
-    def _curve(self, k: IntArray, t: Array) -> Array:
+    def _curve(self, k: IndexArray, t: Array) -> Array:
         """Points of the cubic through both ends of segment k with the loop's tangents."""
         size = np.linalg.norm(self._step[k], axis=1)[:, None]
         return (

@@ -86,8 +86,8 @@ class Formula:
         match node:
             case ast.Constant(value=bool() | str() | bytes() | complex() | None):
                 raise InputError(where, f"expected a number, found {node.value!r}")
-            case ast.Constant(value=int() | float()):
-                if not np.isfinite(_number(node.value)):
+            case ast.Constant(value=int() | float() as value):
+                if not np.isfinite(_number(value)):
                     raise InputError(where, "holds a number that is too large")
             case ast.Name(id=name):
                 if name not in known and name not in CONSTANTS:
@@ -121,17 +121,17 @@ class Formula:
         return _evaluate(self._tree, names)
 
 
-def _number(value: object) -> float:
+def _number(value: int | float) -> float:
     try:
-        return float(value)  # type: ignore[arg-type]
+        return float(value)
     except OverflowError:
         return float("inf")
 
 
 def _evaluate(node: ast.expr, names: Mapping[str, Value]) -> Value:
     match node:
-        case ast.Constant():
-            return np.float64(_number(node.value))
+        case ast.Constant(value=int() | float() as value):
+            return np.float64(_number(value))
         case ast.Name(id=name):
             return names[name] if name in names else np.float64(CONSTANTS[name])
         case ast.UnaryOp(op=ast.USub()):

@@ -99,8 +99,8 @@ class Jet:
             self, self.f**p, p * self.f ** (p - 1.0), p * (p - 1.0) * _power(self.f, p - 2.0)
         )
 
-    def __rpow__(self, other: Value) -> Jet:
-        return exp(self * float(np.log(float(other))))  # type: ignore[arg-type]
+    def __rpow__(self, other: float) -> Jet:
+        return exp(self * float(np.log(other)))
 
 
 def _power(base: Array, exponent: float) -> Array:

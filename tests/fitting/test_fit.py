@@ -15,7 +15,6 @@ from fabgeo.fitting.obstacle import obstacle
 from fabgeo.fitting.quality import dense_sites, quality
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net
-from fabgeo.fitting.subdivide import subdivide
 from fabgeo.strips.measures import measure
 
 DOME, SADDLE = (-0.5e-4, -1.5e-4), (0.5e-4, -1.0e-4)
@@ -131,7 +130,7 @@ def test_tubes_close_in_both_directions(around):
 def test_subdividing_moves_nothing():
     for closed in (False, True):
         start = sphere_start(SphereZone(), 6, 8, not closed)
-        fine = subdivide(start)
+        fine = start.divided(2)
         assert fine.strips == 2 * start.strips
         u = np.linspace(0.0, start.segments, 7)
         np.testing.assert_array_equal(fine.points(u)[::2], start.points(u))

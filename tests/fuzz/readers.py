@@ -139,7 +139,8 @@ def _entry(path: Path) -> None:
     unpack(path.read_bytes())
 
 
-def _models() -> list[bytes]:
+def model_bytes() -> bytes:
+    """A small strip model as fabgeo stores it."""
     from fabgeo.fitting.store import save_model
     from fabgeo.strips.model import StripModel
 
@@ -149,7 +150,7 @@ def _models() -> list[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "strips.json"
         save_model(path, StripModel(control))
-        return [path.read_bytes()]
+        return path.read_bytes()
 
 
 def _drawings() -> list[bytes]:
@@ -246,6 +247,6 @@ READERS = {
     "json": Reader(".json", _sections, _surface),
     "dxf": Reader(".dxf", _drawings, _surface),
     "part": Reader(".dxf", _parts, _part),
-    "model": Reader(".json", _models, _model),
+    "model": Reader(".json", lambda: [model_bytes()], _model),
     "cache": Reader("", _entries, _entry),
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from readers import CSV, OBJ, OFF, PROJECT, model_bytes
 
 from fabgeo.errors import FabgeoError
-from fabgeo.fitting.store import load_model, save_model
+from fabgeo.fitting.store import load_model
 from fabgeo.project import Project, parse_project, read_project
-from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
 quick = settings(
@@ -28,36 +27,6 @@ plain = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner),
     max_leaves=12,
-)
-PROJECT = """
-[surface]
-unit = "m"
-u = [0.0, 1.0]
-v = [0.0, 1.0]
-x = "u"
-y = "v"
-z = "u*v"
-[strips]
-count = 4
-[panels]
-length = 900.0
-"""
-GRID = [(float(i), float(j), 0.1 * i * j) for j in range(4) for i in range(4)]
-QUADS = [
-    (4 * j + i, 4 * j + i + 1, 4 * j + i + 5, 4 * j + i + 4) for j in range(3) for i in range(3)
-]
-OBJ = "".join(f"v {x} {y} {z}\n" for x, y, z in GRID) + "".join(
-    "f " + " ".join(str(k + 1) for k in q) + "\n" for q in QUADS
-)
-OFF = (
-    "OFF\n16 9 0\n"
-    + "".join(f"{x} {y} {z}\n" for x, y, z in GRID)
-    + "".join("4 " + " ".join(map(str, q)) + "\n" for q in QUADS)
-)
-CSV = "section,x,y,z\n" + "".join(
-    f"{k},{9 * math.cos(t)},{6 * math.sin(t)},{3 * k}\n"
-    for k in range(3)
-    for t in np.linspace(0, 2 * np.pi, 24, endpoint=False)
 )
 
 
@@ -104,18 +73,10 @@ def test_made_up_projects(data: dict[str, Any]) -> None:
     assert parse_project(project.model_dump(mode="json", exclude_none=True)) == project
 
 
-def model_text(tmp_path: Path) -> str:
-    control = np.zeros((3, 7, 3))
-    control[..., 0] = np.arange(7)
-    control[..., 1] = np.arange(3)[:, None]
-    save_model(tmp_path / "strips.json", StripModel(control))
-    return (tmp_path / "strips.json").read_text()
-
-
 @quick
 @given(st.data())
 def test_damaged_models(tmp_path: Path, data: st.DataObject) -> None:
-    content = data.draw(damaged(model_text(tmp_path)))
+    content = data.draw(damaged(model_bytes().decode()))
     path = tmp_path / "other.json"
     path.write_bytes(content)
     model = answer(lambda: load_model(path), "other.json", "StripModel")
@@ -126,7 +87,7 @@ def test_damaged_models(tmp_path: Path, data: st.DataObject) -> None:
 @quick
 @given(st.sampled_from(["control", "kind", "info", "history", "closed_u", "unit"]), plain)
 def test_made_up_entries_of_models(tmp_path: Path, key: str, value: Any) -> None:
-    content = json.loads(model_text(tmp_path))
+    content = json.loads(model_bytes().decode())
     content[key] = value
     (tmp_path / "other.json").write_text(json.dumps(content))
     model = answer(lambda: load_model(tmp_path / "other.json"), "other.json", "StripModel")

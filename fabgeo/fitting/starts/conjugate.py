@@ -14,7 +14,7 @@ in one plane. Between planar parallel sections it says that corresponding tangen
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, eye_array, kron, vstack
+from scipy.sparse import csr_array, eye_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
 from fabgeo.arrays import Array, IntArray, cross, dot, unit
@@ -88,7 +88,8 @@ def _solve(
         right = jacobian.T @ residual
         step = np.zeros(t.size)
         weight = damping * float(normal.diagonal().mean())
-        step[free] = spsolve((normal + weight * eye_array(len(free))).tocsc(), -right)
+        system = (normal + weight * eye_array(len(free))).tocsc()
+        step[free] = np.asarray(spsolve(system, -right), dtype=np.float64)
         new = t + step.reshape(t.shape)
         rest, less = total(new)
         if less < value and _gaps(new, net.closed_t).min() > 0.0:
@@ -133,7 +134,7 @@ def _jacobian(net: Net, s: Array, t: Array, scale: float) -> csr_array:
     other = ((i + 1) % len(s)) * k + j
     values = np.concatenate([first.ravel(), second.ravel()]) / (2.0 * h)
     place = (np.concatenate([row, row]), np.concatenate([row, other]))
-    return coo_array((values, place), shape=(strips * k, t.size)).tocsr()
+    return csr_array((values, place), shape=(strips * k, t.size))
 
 
 def _fairness(shape: tuple[int, int], closed_s: bool, closed_t: bool) -> csr_array:
@@ -141,7 +142,7 @@ def _fairness(shape: tuple[int, int], closed_s: bool, closed_t: bool) -> csr_arr
     rows, columns = shape
     along = kron(eye_array(rows), _difference(columns, 2, closed_t))
     across = kron(_difference(rows, 1, closed_s), eye_array(columns))
-    return vstack([along, 0.3 * across]).tocsr()
+    return csr_array(vstack([along, 0.3 * across]))
 
 
 def _difference(count: int, order: int, closed: bool) -> csr_array:
@@ -149,7 +150,7 @@ def _difference(count: int, order: int, closed: bool) -> csr_array:
     rows = count if closed else max(count - order, 0)
     row = np.repeat(np.arange(rows), order + 1)
     column = (row + np.tile(np.arange(order + 1), rows)) % count
-    return coo_array((np.tile(weights, rows), (row, column)), shape=(rows, count)).tocsr()
+    return csr_array((np.tile(weights, rows), (row, column)), shape=(rows, count))
 
 
 def _free(shape: tuple[int, int], ends: str, closed_t: bool) -> IntArray:

@@ -56,7 +56,8 @@ def counts(
 def _turn(net: Net) -> float:
     """The largest total turn of a line s = const."""
     s, t = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 65)
-    tangent = unit(net.evaluate(*(np.asarray(a) for a in np.meshgrid(s, t, indexing="ij")), 0, 1))
+    grid = np.meshgrid(s, t, indexing="ij")
+    tangent = unit(net.evaluate(grid[0], grid[1], 0, 1))
     return float(np.linalg.norm(np.diff(tangent, axis=1), axis=2).sum(axis=1).max())
 
 
