@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
+PROCESSES = os.cpu_count() or 1
 OK, FAILED, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
 TRADEOFF = {
@@ -51,6 +52,9 @@ app = typer.Typer(
 )
 
 ProjectFile = Annotated[Path, typer.Argument(metavar="PROJECT.toml", help="The project file.")]
+Jobs = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes for work that is independent per part.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts, no progress bars.")]
 
 
@@ -58,9 +62,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts, no p
 def build(
     project: ProjectFile,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The output folder.")],
-    jobs: Annotated[
-        int, typer.Option("--jobs", min=1, help="Processes for work that is independent per part.")
-    ] = os.cpu_count() or 1,
+    jobs: Jobs = PROCESSES,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Ignore what an earlier build left to use again.")
     ] = False,
@@ -81,12 +83,13 @@ def build(
 @app.command()
 def check(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A written package.")],
+    jobs: Jobs = PROCESSES,
     as_json: Json = False,
 ) -> None:
     """Measure a written package from its files alone."""
     from fabgeo.review.check import check_package
 
-    report = check_package(folder)
+    report = check_package(folder, jobs=jobs)
     if as_json:
         _print_json(report.as_dict())
     else:
@@ -198,8 +201,8 @@ def _progress(quiet: bool) -> Iterator[Listener | None]:
             tasks[news.stage] = bars.add_task(news.stage, total=None, note="")
         total = news.total or (1 if news.finished else None)
         done = total if news.finished and total else news.done
-        note = {"note": news.note} if news.note else {}
-        bars.update(tasks[news.stage], total=total, completed=done, **note)
+        fields: dict[str, Any] = {"note": news.note} if news.note else {}
+        bars.update(tasks[news.stage], total=total, completed=done, **fields)
         if news.finished:
             bars.stop_task(tasks[news.stage])
 

@@ -21,6 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
@@ -64,8 +65,8 @@ class ReadPart:
     colour : tuple, optional
         sRGB.
     layers : tuple of str
-    location : (4, 4) array
-        Placement of the product.
+    frames : tuple of (4, 4) arrays
+        Placement of each name of the path, the part's own last.
     """
 
     name: str
@@ -74,7 +75,21 @@ class ReadPart:
     shape: TopoDS_Shape
     colour: Colour | None
     layers: tuple[str, ...]
-    location: Array
+    frames: tuple[Array, ...]
+
+    @property
+    def location(self) -> Array:
+        """Placement (4, 4) of the product."""
+        return self.frames[-1]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Its shape crosses processes as BREP."""
+        state = {**self.__dict__, "shape": kernel.to_bytes(self.shape)}
+        state.pop("report", None)
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({**state, "shape": kernel.from_bytes(state["shape"])})
 
     @property
     def definition(self) -> int:
@@ -140,12 +155,13 @@ class _Tree:
         roots = TDF_LabelSequence()
         self.shapes.GetFreeShapes(roots)
         for root in roots:
-            yield from self._walk(root, (), TopLoc_Location(), None)
+            yield from self._walk(root, (), (), TopLoc_Location(), None)
 
     def _walk(
         self,
         label: TDF_Label,
         above: tuple[str, ...],
+        frames: tuple[Array, ...],
         place: TopLoc_Location,
         colour: Colour | None,
     ) -> Iterator[ReadPart]:
@@ -157,18 +173,18 @@ class _Tree:
         if not name or name.isdigit():  # the kernel calls a nameless occurrence by its number
             name = title
         place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label))
+        frames = (*frames, kernel.to_matrix(place))
         colour = self._colour(label) or colour
         if XCAFDoc_ShapeTool.IsAssembly_s(product):
             children = TDF_LabelSequence()
             XCAFDoc_ShapeTool.GetComponents_s(product, children, False)
             for child in children:
-                yield from self._walk(child, (*above, name), place, colour)
+                yield from self._walk(child, (*above, name), frames, place, colour)
             return
         shape = XCAFDoc_ShapeTool.GetShape_s(product).Moved(place)
         own = colour or self._colour(product) or self._solid_colour(product)
         layers = self._layers(label) or self._layers(product) or self._solid_layers(product)
-        matrix = kernel.to_matrix(place)
-        yield ReadPart(name, title, (*above, name), shape, own, layers, matrix)
+        yield ReadPart(name, title, (*above, name), shape, own, layers, frames)
 
     def _colour(self, label: TDF_Label) -> Colour | None:
         found = Quantity_Color()

@@ -34,7 +34,11 @@ STEPS = (
 )
 
 
-def check_package(folder: Path | str, progress: Callable[[str], None] | None = None) -> CheckReport:
+def check_package(
+    folder: Path | str,
+    progress: Callable[[str], None] | None = None,
+    jobs: int | None = None,
+) -> CheckReport:
     """Measure a package and compare it with what it says of itself.
 
     Parameters
@@ -43,13 +47,16 @@ def check_package(folder: Path | str, progress: Callable[[str], None] | None = N
         The package's folder.
     progress : callable, optional
         Called with the name of each step.
+    jobs : int, optional
+        Processes for work that is independent per part; by default what joblib's
+        `parallel_config` around the call says, else this process alone.
 
     Raises
     ------
     InputError
         If the folder holds no package.
     """
-    package = WrittenPackage.open(Path(folder))
+    package = WrittenPackage.open(Path(folder), jobs)
     findings, measured = Findings(), Measured()
     seconds: dict[str, float] = {}
     for step in STEPS:

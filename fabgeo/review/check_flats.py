@@ -11,11 +11,20 @@ refold
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 
+from fabgeo.arrays import Array
 from fabgeo.errors import InputError
-from fabgeo.review.dxf_text import Curve, Drawing, read_drawing
+from fabgeo.review.check_work import each
+from fabgeo.review.dxf_text import Drawing, read_drawing
 from fabgeo.review.findings import Findings
+from fabgeo.review.flat_holes import openings_off
 from fabgeo.review.flat_match import Match, match, refold
 from fabgeo.review.measured import FlatFile, Measured
 from fabgeo.review.package import WrittenPackage, number
@@ -25,36 +34,66 @@ OUTLINE = 0.1  # mm: an outline off the solid's development; the writer's tolera
 LENGTH = 0.05  # mm: an edge's length against the solid's
 AREA = 2e-5  # relative
 REFOLD = 0.1  # mm
+RIM = 0.15  # mm: a hole's contour off the rim of its opening in the solid
+TABLE = 0.002  # mm: tables of bend lines carry three decimals
+BEND = 0.02  # relative: a bend line's radius against its solid's
+NEARLY_FLAT = 5e-6  # 1/mm: a plate that bends less is not compared
+BENT = 1e-6  # 1/mm: its curvature, between two samples of the solid's
+CIRCLE = 256  # points of a circle: its area is 1e-4 too small, its radius nowhere over 1e-4
 
 
 def check_flats(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """Read every cut/parts file and compare it with its solid and its schedule row."""
     expected = set(package.cut_rows) if package.part_files else set()
     for mark in sorted(expected - set(package.part_files)):
-        findings.add(mark, "cut/parts file", "present", "missing", f"cut/parts/{mark}.dxf")
-    tolerance = float(package.setting("cutting", "tolerance", 0.05))
-    for mark, path in package.part_files.items():
-        name = f"cut/parts/{path.name}"
+        findings.add(mark, "cut/parts file", "present", "missing", _name(mark))
+    drawn = [
+        _Drawn(mark, path, package.cut_rows.get(mark), measured.plates.get(mark))
+        for mark, path in package.part_files.items()
+    ]
+    each(partial(_drawing, package), drawn, package.jobs, measured, findings)
+    for mark in package.part_files:
         if mark not in package.cut_rows and package.cut_rows:
-            findings.add(mark, "row in the schedules", "present", "missing", name)
-        try:
-            drawing = read_drawing(path)
-        except InputError as error:
-            findings.add(mark, "DXF file", "readable", error.problem, name)
-            continue
-        if drawing.unit not in (4, None):
-            findings.add(mark, "$INSUNITS", 4, drawing.unit, name)
-        texts = [text for layer, text, _, _ in drawing.texts if layer == package.layer("INFO")]
-        if texts != [mark]:
-            findings.add(mark, "mark in its drawing", mark, ", ".join(texts) or "none", name)
-        flat = flat_file(package, mark, drawing, findings, name)
-        if flat is None:
-            continue
-        measured.flats[mark] = flat
-        _row(package, flat, findings, name)
-        plate = measured.plates.get(mark)
-        if plate is not None:
-            _against_solid(flat, plate, tolerance, measured, findings, name)
+            findings.add(mark, "row in the schedules", "present", "missing", _name(mark))
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A cut/parts file with what it is compared with."""
+
+    mark: str
+    path: Path
+    row: dict[str, str] | None
+    plate: SolidPlate | None
+
+
+def _name(mark: str) -> str:
+    return f"cut/parts/{mark}.dxf"
+
+
+def _drawing(package: WrittenPackage, part: _Drawn, measured: Measured, findings: Findings) -> None:
+    """Measure one file."""
+    mark, name = part.mark, _name(part.mark)
+    try:
+        drawing = read_drawing(part.path)
+    except InputError as error:
+        findings.add(mark, "DXF file", "readable", error.problem, name)
+        return
+    if drawing.unit not in (4, None):
+        findings.add(mark, "$INSUNITS", 4, drawing.unit, name)
+    texts = [text for layer, text, _, _ in drawing.texts if layer == package.layer("INFO")]
+    if texts != [mark]:
+        findings.add(mark, "mark in its drawing", mark, ", ".join(texts) or "none", name)
+    flat = flat_file(package, mark, drawing, findings, name)
+    if flat is None:
+        return
+    measured.flats[mark] = flat
+    _row(package, flat, part.row or {}, findings, name)
+    bends = bend_rows(part.path)
+    _bends(flat, bends, findings, name)
+    if part.plate is not None:
+        tolerance = float(package.setting("cutting", "tolerance", 0.05))
+        _against_solid(flat, part.plate, bends, tolerance, measured, findings, name)
 
 
 def flat_file(
@@ -75,38 +114,45 @@ def flat_file(
     if not polygon.is_valid:
         findings.add(mark, "outline", "simple", "crosses itself", name)
         return None
-    holes = hole_rows(package, drawing)
+    rims = hole_rims(package, drawing)
+    holes = hole_rows(rims)
     for x, y, width, _ in holes:
         if not polygon.contains(shapely.Point(x, y)):
             findings.add(mark, "hole", "inside the outline", f"({x:.1f}, {y:.1f})", name)
         if width <= 0.0:
             findings.add(mark, "hole width", "positive", width, name)
-    taken = sum(np.pi / 4.0 * w * w + w * (n - w) for _, _, w, n in holes)
+    taken = sum(shape_area(rim) for rim in rims)
     lines = [ends for layer, *ends in drawing.lines if layer == package.layer("RULINGS")]
     bends = np.array(lines, dtype=float).reshape(-1, 2, 2)
-    return FlatFile(mark, points, holes, bends, shape_area(points) - float(taken))
+    return FlatFile(mark, points, holes, rims, bends, shape_area(points) - float(taken))
 
 
-def hole_rows(package: WrittenPackage, drawing: Drawing) -> np.ndarray:
-    """Holes (h, 4) as x, y, width, length: circles, and slots drawn as closed curves."""
+def hole_rims(package: WrittenPackage, drawing: Drawing) -> tuple[Array, ...]:
+    """Contours (n, 2) of all holes: circles, and slots drawn as closed curves."""
     layers = (package.layer("HOLES"), package.layer("CUT_INNER"))
-    rows = [(x, y, 2 * r, 2 * r) for layer, x, y, r in drawing.circles if layer in layers]
-    rows += [_slot(curve) for curve in drawing.curves if curve.layer in layers]
-    return np.array(rows, dtype=float).reshape(-1, 4)
+    turn = np.linspace(0.0, 2.0 * np.pi, CIRCLE, endpoint=False)
+    way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    rims = [np.array([x, y]) + r * way for layer, x, y, r in drawing.circles if layer in layers]
+    return (*rims, *(c.points(0.001) for c in drawing.curves if c.layer in layers))
 
 
-def _slot(curve: Curve) -> tuple[float, float, float, float]:
-    """Centre, width and length of a slot from its contour."""
-    points = curve.points(0.001)
+def hole_rows(rims: tuple[Array, ...]) -> Array:
+    """Holes (h, 4) as x, y, width, length."""
+    return np.array([_slot(rim) for rim in rims], dtype=float).reshape(-1, 4)
+
+
+def _slot(points: Array) -> tuple[float, float, float, float]:
+    """Centre, width and length of a hole from its contour."""
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     along, across = (points - centre) @ axes.T[:, 0], (points - centre) @ axes.T[:, 1]
     return float(centre[0]), float(centre[1]), float(np.ptp(across)), float(np.ptp(along))
 
 
-def _row(package: WrittenPackage, flat: FlatFile, findings: Findings, name: str) -> None:
+def _row(
+    package: WrittenPackage, flat: FlatFile, row: dict[str, str], findings: Findings, name: str
+) -> None:
     """The drawing against its schedule row: area, overall size, number of holes."""
-    row = package.cut_rows.get(flat.mark, {})
     area, holes = number(row, "area_m2"), number(row, "holes")
     if area is not None:
         # A contour of arcs may lie off the exact one by the tolerance, to one side at the worst.
@@ -126,14 +172,15 @@ def _row(package: WrittenPackage, flat: FlatFile, findings: Findings, name: str)
 def _against_solid(
     flat: FlatFile,
     plate: SolidPlate,
+    bends: list[dict[str, str]],
     tolerance: float,
     measured: Measured,
     findings: Findings,
     name: str,
 ) -> None:
     mark = flat.mark
-    findings.near(mark, "holes in the solid", len(flat.holes), plate.holes, 0.0, name)
-    found: Match | None = match(flat.outline, plate)
+    findings.near(mark, "holes in the solid", len(flat.holes), len(plate.openings), 0.0, name)
+    found: Match | None = match(flat.outline, plate, flat.rims)
     if found is None:
         findings.add(mark, "outline", "corners as on its solid", "others", name)
         return
@@ -152,6 +199,8 @@ def _against_solid(
             words = f"within {within:.3f} mm of the solid's development"
             at = f"{found.away:.3f} mm off at ({found.at[0]:.1f}, {found.at[1]:.1f})"
             findings.add(mark, "outline", words, at, name)
+    _holes(flat, plate, found, findings, name)
+    _radii(flat, plate, found, bends, findings, name)
     volume = flat.area * plate.thickness
     error = abs(volume - plate.volume) / plate.volume
     measured.worst("area_error_rel", error)
@@ -162,3 +211,70 @@ def _against_solid(
         measured.worst("refold_error_mm", off)
         if off > REFOLD:
             findings.add(mark, "refolding by the bend lines in mm", f"at most {REFOLD}", off, name)
+
+
+def _holes(flat: FlatFile, plate: SolidPlate, found: Match, findings: Findings, name: str) -> None:
+    """Every opening of the solid, laid flat, is a hole of the drawing in place and size."""
+    if found.rails is None or not flat.rims:
+        return
+    for away, at in openings_off(plate, found.rails, flat.rims):
+        if away > RIM:
+            words = f"{away:.3f} mm off at ({at[0]:.1f}, {at[1]:.1f})"
+            findings.add(flat.mark, "hole", f"within {RIM} mm of its solid's", words, name)
+
+
+def bend_rows(path: Path) -> list[dict[str, str]]:
+    """Rows of the table of bend lines beside a cut/parts file; empty if there is none."""
+    table = path.with_suffix(".bends.csv")
+    if not table.is_file():
+        return []
+    with table.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def _bends(flat: FlatFile, rows: list[dict[str, str]], findings: Findings, name: str) -> None:
+    """Every bend line of the drawing is in its table, and none besides."""
+    if len(rows) != len(flat.bends):
+        words = f"{len(rows)} as in its table"
+        findings.add(flat.mark, "bend lines in the drawing", words, len(flat.bends), name)
+        return
+    if not rows:
+        return
+    columns = ("x1_mm", "y1_mm", "x2_mm", "y2_mm", "length_mm")
+    stated = _columns(rows, columns)
+    lengths = np.linalg.norm(flat.bends[:, 1] - flat.bends[:, 0], axis=1)
+    drawn = np.column_stack([flat.bends.reshape(-1, 4), lengths])
+    for k, column in np.argwhere(~(np.abs(stated - drawn) <= TABLE)).tolist():
+        what = f"{columns[column]} of bend line {rows[k].get('bend')} in its table"
+        findings.add(flat.mark, what, drawn[k, column], stated[k, column], name)
+
+
+def _columns(rows: list[dict[str, str]], names: Iterable[str]) -> Array:
+    """Numbers of some columns, nan where there is none."""
+    values = [[number(row, name) for name in names] for row in rows]
+    return np.array([[np.nan if v is None else v for v in own] for own in values])
+
+
+def _radii(
+    flat: FlatFile,
+    plate: SolidPlate,
+    found: Match,
+    rows: list[dict[str, str]],
+    findings: Findings,
+    name: str,
+) -> None:
+    """Radii of the bend lines lie between those at both ends of the same rulings of the solid."""
+    if found.rails is None or not rows or len(rows) != len(flat.bends):
+        return
+    bent = 1.0 / plate.radii
+    sites = np.linspace(0.0, bent.shape[1] - 1.0, len(found.rails[0]))
+    middle, lines = 0.5 * (found.rails[0] + found.rails[1]), flat.bends.mean(axis=1)
+    near = np.linalg.norm(middle[None] - lines[:, None], axis=-1).argmin(axis=1)
+    stated = 1.0 / np.abs(_columns(rows, ["radius_mm"])[:, 0])
+    for row, at, own in zip(rows, sites[near].astype(int).tolist(), stated.tolist(), strict=True):
+        ends = bent[:, max(at - 1, 0) : at + 3]  # between samples it may bend otherwise
+        low, high = (1.0 - BEND) * ends.min() - BENT, (1.0 + BEND) * ends.max() + BENT
+        if max(own, float(ends.min())) > NEARLY_FLAT and not low <= own <= high:
+            what = f"radius of bend line {row.get('bend')} in mm"
+            words = f"{1.0 / ends.max():.1f} to {1.0 / ends.min():.1f}"
+            findings.add(flat.mark, what, words, 1.0 / own, name)

@@ -10,7 +10,6 @@ from fabgeo.arrays import Array, cross, unit
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
-from fabgeo.review.rails import rail_normals, ruling_radii
 from fabgeo.review.solid_plate import SolidPlate
 
 MASS = 5e-4  # relative
@@ -29,9 +28,8 @@ def check_rows(package: WrittenPackage, measured: Measured, findings: Findings) 
         if plate is None:
             continue
         _plain(mark, row, plate, densities, findings)
-        rails = plate.rails()
-        if rails is not None:
-            _bent(package, mark, row, rails, measured, findings)
+        if plate.rails() is not None:
+            _bent(package, mark, row, plate, measured, findings)
     _beams(package, measured, findings)
     _cells(package, measured, findings)
 
@@ -60,12 +58,16 @@ def _plain(
     thickness = number(row, "thickness_mm")
     if thickness is not None:
         findings.near(mark, "thickness_mm of its solid", plate.thickness, thickness, 0.02)
+    _centre(mark, row, plate.centre, findings)
+
+
+def _centre(mark: str, row: dict[str, str], centre: Array, findings: Findings) -> None:
     stated = [number(row, f"cog_{axis}_mm") for axis in "xyz"]
     known = [value for value in stated if value is not None]
     if len(known) == 3:
-        away = float(np.linalg.norm(np.array(known) - plate.centre))
+        away = float(np.linalg.norm(np.array(known) - centre))
         if not away <= CENTRE:
-            words = " ".join(f"{v:.1f}" for v in plate.centre)
+            words = " ".join(f"{v:.1f}" for v in centre)
             findings.add(mark, "centre of gravity", words, " ".join(f"{v:.1f}" for v in known))
 
 
@@ -73,12 +75,12 @@ def _bent(
     package: WrittenPackage,
     mark: str,
     row: dict[str, str],
-    rails: tuple[Array, Array],
+    plate: SolidPlate,
     measured: Measured,
     findings: Findings,
 ) -> None:
     """Radii, twist and class of the mid-surface."""
-    first, second = rail_normals(*rails)
+    first, second = plate.normals
     sine = np.linalg.norm(cross(first, second), axis=1)
     twist = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
     if row.get("class"):
@@ -87,7 +89,7 @@ def _bent(
     if stated is not None:
         within = TWIST + 0.05 * stated
         findings.near(mark, "twist_max_deg of its solid", float(twist.max()), stated, within)
-    radii = ruling_radii(rails)
+    radii = plate.radii
     low, high = number(row, "radius_min_mm"), number(row, "radius_max_mm")
     kind = row.get("class", "developable")
     if low is not None and 0.0 < low < FLAT_RADIUS and kind != "flat":
@@ -97,7 +99,7 @@ def _bent(
         findings.near(mark, "radius_max_mm of its solid", float(radii.max()), high,
                       _within(radii.max()))  # fmt: skip
     if kind in ("flat", "cylinder", "cone"):
-        _class(package, mark, kind, row, rails, unit(first + second), findings)
+        _class(package, mark, kind, row, plate, unit(first + second), findings)
 
 
 def _within(radius: float) -> float:
@@ -109,7 +111,7 @@ def _class(
     mark: str,
     kind: str,
     row: dict[str, str],
-    rails: tuple[Array, Array],
+    plate: SolidPlate,
     normals: Array,
     findings: Findings,
 ) -> None:
@@ -126,12 +128,13 @@ def _class(
     off = float(np.abs(centred @ axis).max())
     if off > tolerance:
         findings.add(mark, "class", kind, f"normals off a circle by {np.degrees(off):.3f} deg")
-    if kind == "cylinder" and float(np.ptp(normals @ axes[0])) > 0.02:
+    rails = plate.rails()
+    if kind == "cylinder" and rails is not None and float(np.ptp(normals @ axes[0])) > 0.02:
         rulings = rails[1] - rails[0]
         along = np.sum(rulings * axis, axis=1)
         across = np.sqrt(np.maximum(np.sum(rulings**2, axis=1) - along**2, 0.0))
         # A chord across the axis sags from the cylinder by its half squared over 2 R.
-        away = float(((0.5 * across) ** 2 / (2.0 * ruling_radii(rails))).max())
+        away = float(((0.5 * across) ** 2 / (2.0 * plate.radii)).max())
         allowed = float(package.setting("panels", "tolerance", 1.0))
         if away > allowed:
             findings.add(mark, "class", "cylinder", f"rulings sag by {away:.3f} mm")
@@ -155,12 +158,18 @@ def _beams(package: WrittenPackage, measured: Measured, findings: Findings) -> N
             findings.near(mark, "plates in plates.csv", len(own), count, 0.0)
         if mass is not None and own:
             findings.near(mark, "mass_kg of its plates", sum(masses), mass, 1e-3 * sum(masses))
+        marks = [plate.get("mark", "") for plate in own]
+        if own and sum(masses) > 0.0 and all(m in measured.centres for m in marks):
+            centres = np.array([measured.centres[m] for m in marks])
+            _centre(mark, row, np.array(masses) @ centres / sum(masses), findings)
 
 
 def _cells(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """A cell's volume and centre are its solid's."""
     for row in package.tables["cells"]:
         mark, stated = row.get("mark", ""), number(row, "volume_m3")
+        if mark in measured.centres:
+            _centre(mark, row, measured.centres[mark], findings)
         if mark in measured.volumes and stated is not None:
             found = measured.volumes[mark] / 1e9
             findings.near(mark, "volume_m3 of its solid", found, stated, MASS * found + 1e-6)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +12,16 @@ import shapely
 
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
-from fabgeo.review.check_flats import hole_rows
+from fabgeo.review.check_flats import hole_rims, hole_rows
+from fabgeo.review.check_work import each
 from fabgeo.review.dxf_text import Drawing, read_drawing
 from fabgeo.review.findings import Findings
-from fabgeo.review.measured import FlatFile, Measured
+from fabgeo.review.measured import FlatFile, Measured, SheetFile
 from fabgeo.review.package import WrittenPackage, number
 from fabgeo.review.solid_plate import shape_area
 
 SLACK = 0.03  # mm: what a distance may fall short (arcs are measured by chords)
+HOLE = 0.05  # mm: a hole on a sheet against the part's own file
 COPY = 0.06  # mm: an outline on a sheet against the part's own file
 
 
@@ -24,54 +29,75 @@ def check_sheets(package: WrittenPackage, measured: Measured, findings: Findings
     """Measure every sheet's file and count the parts over all of them."""
     if not package.sheet_files:
         return
-    areas: list[tuple[float, float]] = []
-    for path in package.sheet_files:
-        areas.append(_sheet(package, path, measured, findings))
-    for mark, flat in measured.flats.items():
+    flats = measured.flats
+    each(partial(_sheet, package), _files(package, flats), package.jobs, measured, findings)
+    for mark in flats:
         where = measured.on_sheets.get(mark, [])
         stated = (package.cut_rows.get(mark, {}).get("sheet") or "").strip()
         if len(where) != 1 and (stated or where):
             findings.add(mark, "times on the sheets", 1, f"{len(where)} {' '.join(where)}".strip())
-        elif where and stated and Path(where[0]).stem != Path(stated).name:
-            findings.add(mark, "sheet in its schedule row", Path(where[0]).stem, stated)
-        del flat
+        elif where and stated and not _is_sheet(stated, where[0]):
+            findings.add(mark, "sheet in its schedule row", where[0], stated)
+    for name, sheet in measured.sheets.items():
+        _row(package, name, sheet, findings)
     measured.figures["unplaced_parts"] = float(
-        sum(mark not in measured.on_sheets for mark in measured.flats)
+        sum(mark not in measured.on_sheets for mark in flats)
     )
-    whole = sum(sheet for _, sheet in areas)
-    measured.figures["utilisation"] = sum(own for own, _ in areas) / whole if whole else 0.0
+    whole = sum(sheet.whole for sheet in measured.sheets.values())
+    used = sum(sheet.used for sheet in measured.sheets.values())
+    measured.figures["utilisation"] = used / whole if whole else 0.0
+
+
+def _is_sheet(stated: str, file: str) -> bool:
+    """Whether a row's sheet, with or without its folder, is a file of cut/nests."""
+    own, there = Path(stated).parts, Path(file).with_suffix("").parts
+    return own == there[-len(own) :]
+
+
+def _files(
+    package: WrittenPackage, flats: dict[str, FlatFile]
+) -> Iterator[tuple[Path, dict[str, FlatFile]]]:
+    """Every sheet with the flat parts whose marks its text holds."""
+    for path in package.sheet_files:
+        words = set(path.read_text(encoding="utf-8", errors="replace").split())
+        yield path, {mark: flats[mark] for mark in flats.keys() & words}
 
 
 def _sheet(
-    package: WrittenPackage, path: Path, measured: Measured, findings: Findings
-) -> tuple[float, float]:
-    """Check one sheet; net area of its parts and area of its stock."""
+    package: WrittenPackage,
+    file: tuple[Path, dict[str, FlatFile]],
+    measured: Measured,
+    findings: Findings,
+) -> None:
+    """Check one sheet; note what lies on it."""
+    path, flats = file
     name = path.relative_to(package.folder).as_posix()
     try:
         drawing = read_drawing(path)
     except InputError as error:
         findings.add(name, "DXF file", "readable", error.problem)
-        return 0.0, 0.0
+        return
     stock = [c for c in drawing.curves if c.layer == package.layer("SHEET")]
     if len(stock) != 1:
         findings.add(name, "rectangles of the stock", 1, len(stock))
-        return 0.0, 0.0
+        return
     marks, polygons, used = [], [], 0.0
+    holes = hole_rows(hole_rims(package, drawing))
     for mark, points in _named_outlines(package, drawing, name, findings):
         marks.append(mark)
         polygons.append(shapely.Polygon(points))
         measured.on_sheets.setdefault(mark, []).append(name)
-        flat = measured.flats.get(mark)
+        flat = flats.get(mark)
         if flat is None:
             findings.add(mark, "cut/parts file of a nested part", "present", "missing", name)
             used += shape_area(points)
             continue
         used += flat.area
-        _copy(mark, points, flat, findings, name)
-        _holes(package, drawing, mark, polygons[-1], flat, findings, name)
-    _apart(package, marks, polygons, stock[0].points(), findings, name)
-    _row(package, path, marks, used, shape_area(stock[0].points()), findings)
-    return used, shape_area(stock[0].points())
+        motion = _copy(mark, points, flat, findings, name)
+        _holes(holes, mark, polygons[-1], flat, motion, findings, name)
+    outline = stock[0].points()
+    _apart(package, marks, polygons, outline, findings, name)
+    measured.sheets[name] = SheetFile(tuple(marks), used, shape_area(outline))
 
 
 def _named_outlines(
@@ -101,54 +127,80 @@ def _named_outlines(
     return found
 
 
-def _copy(mark: str, points: Array, flat: FlatFile, findings: Findings, name: str) -> None:
+def _copy(mark: str, points: Array, flat: FlatFile, findings: Findings, name: str) -> Motion | None:
     """The outline on the sheet is the part's own, moved and turned but not mirrored."""
     if len(points) == len(flat.outline):
-        away = _rigid(flat.outline, points)
-        if away > COPY:
+        motion = _rigid(flat.outline, points)
+        if motion.away > COPY:
             words = f"the part's own within {COPY} mm"
-            findings.add(mark, "outline on its sheet", words, f"{away:.3f} mm off", name)
-        return
+            findings.add(mark, "outline on its sheet", words, f"{motion.away:.3f} mm off", name)
+        return motion
     own = flat.outline
     area, there = shape_area(own), shape_area(points)
     findings.near(mark, "area on its sheet in mm2", area, there, 1e-5 * area, name)
     length, there = shapely.LinearRing(own).length, shapely.LinearRing(points).length
     findings.near(mark, "length of its outline on the sheet", length, there, 1e-5 * length, name)
+    return None
 
 
-def _rigid(source: Array, target: Array) -> float:
-    """Largest distance after the best turn and move, over all starting points of the outline."""
-    s, t = source - source.mean(axis=0), target - target.mean(axis=0)
-    z, w = s[:, 0] + 1j * s[:, 1], t[:, 0] + 1j * t[:, 1]
+@dataclass(frozen=True)
+class Motion:
+    """A turn and a move in the plane, as complex numbers, and what it leaves between outlines."""
+
+    turn: complex
+    move: complex
+    away: float
+
+    def __call__(self, points: Array) -> Array:
+        """Points (k, 2) moved."""
+        z = (points[:, 0] + 1j * points[:, 1]) * self.turn + self.move
+        return np.stack([z.real, z.imag], axis=1)
+
+
+def _rigid(source: Array, target: Array) -> Motion:
+    """The best turn and move, over all starting points of the outline."""
+    z, w = source[:, 0] + 1j * source[:, 1], target[:, 0] + 1j * target[:, 1]
+    middle, there = z.mean(), w.mean()
+    z, w = z - middle, w - there
     # One transform gives all cyclic shifts: |sum conj(z) w| is largest for the best of them.
     scores = np.abs(np.fft.ifft(np.conj(np.fft.fft(z)) * np.fft.fft(w)))
-    best = np.inf
+    best = Motion(1.0, 0.0, np.inf)
     for shift in np.argsort(-scores)[:2]:
         moved = np.roll(w, -int(shift))
         turn = np.vdot(z, moved)
-        turn = turn / abs(turn) if abs(turn) > 0.0 else 1.0
-        best = min(best, float(np.abs(z * turn - moved).max()))
+        turn = complex(turn / abs(turn)) if abs(turn) > 0.0 else 1.0 + 0.0j
+        away = float(np.abs(z * turn - moved).max())
+        if away < best.away:
+            best = Motion(turn, complex(there - middle * turn), away)
     return best
 
 
 def _holes(
-    package: WrittenPackage,
-    drawing: Drawing,
+    rows: Array,
     mark: str,
     polygon: shapely.Polygon,
     flat: FlatFile,
+    motion: Motion | None,
     findings: Findings,
     name: str,
 ) -> None:
-    rows = hole_rows(package, drawing)
-    inside = [row for row in rows if polygon.contains(shapely.Point(row[0], row[1]))]
+    """As many holes as in the part's own file, as large, and moved with its outline."""
+    inside = rows[shapely.contains_xy(polygon, rows[:, 0], rows[:, 1])]
     if len(inside) != len(flat.holes):
         findings.add(mark, "holes on its sheet", len(flat.holes), len(inside), name)
         return
-    own = np.sort(flat.holes[:, 2:], axis=0)
-    there = np.sort(np.array(inside).reshape(-1, 4)[:, 2:], axis=0)
-    if len(own) and np.abs(own - there).max() > 0.05:
+    if not len(inside):
+        return
+    own, there = np.sort(flat.holes[:, 2:], axis=0), np.sort(inside[:, 2:], axis=0)
+    if np.abs(own - there).max() > HOLE:
         findings.add(mark, "hole sizes on its sheet", own.max(), there.max(), name)
+    if motion is not None and motion.away <= COPY:
+        moved = motion(flat.holes[:, :2])
+        away = np.linalg.norm(moved[:, None] - inside[None, :, :2], axis=-1)
+        off = max(float(away.min(axis=1).max()), float(away.min(axis=0).max()))
+        if off > HOLE:
+            words = "where the part's own are"
+            findings.add(mark, "holes on its sheet", words, f"{off:.3f} mm off", name)
 
 
 def _apart(
@@ -190,22 +242,22 @@ def _apart(
                      found.replace(marks[j], marks[i]), name)  # fmt: skip
 
 
-def _row(
-    package: WrittenPackage,
-    path: Path,
-    marks: list[str],
-    used: float,
-    whole: float,
-    findings: Findings,
-) -> None:
-    """The sheet's schedule row: number of parts and utilisation."""
-    name = path.relative_to(package.folder).as_posix()
+def _row(package: WrittenPackage, name: str, sheet: SheetFile, findings: Findings) -> None:
+    """The sheet's schedule row: stock, marks and utilisation."""
     rows = [row for row in package.tables["sheets"] if row.get("file") == name]
     if package.tables["sheets"] and len(rows) != 1:
         findings.add(name, "rows in sheets.csv", 1, len(rows))
     for row in rows:
         parts, share = number(row, "parts"), number(row, "utilisation")
         if parts is not None:
-            findings.near(name, "parts in sheets.csv", len(marks), parts, 0.0)
-        if share is not None and whole:
-            findings.near(name, "utilisation in sheets.csv", used / whole, share, 2e-4)
+            findings.near(name, "parts in sheets.csv", len(sheet.marks), parts, 0.0)
+        stated = set((row.get("marks") or "").split())
+        for mark in sorted(stated ^ set(sheet.marks)) if stated else ():
+            words = ("on it", "not named") if mark in sheet.marks else ("not on it", "named")
+            findings.add(mark, f"marks in sheets.csv of {name}", *words)
+        if share is not None and sheet.whole:
+            findings.near(name, "utilisation in sheets.csv", sheet.used / sheet.whole, share, 2e-4)
+        size = [number(row, "length_mm"), number(row, "width_mm")]
+        if size[0] is not None and size[1] is not None:
+            area = size[0] * size[1]
+            findings.near(name, "area of the stock in mm2", sheet.whole, area, 1e-6 * area)

@@ -52,10 +52,26 @@ def _points(package: WrittenPackage, measured: Measured, findings: Findings) -> 
             corners = np.concatenate([web.corners for web in webs])
             _at_corners(mark, own[mark], corners, 2, findings)
     for row in tables["connectors"]:
-        centre = [number(row, f"{axis}_mm") for axis in "xyz"]
-        if None not in centre:
-            _at_corners(row.get("mark", ""), own[row.get("mark", "")],
-                        np.array([centre], dtype=float), 1, findings)  # fmt: skip
+        mark, centre = row.get("mark", ""), _vector(row, "x_mm", "y_mm", "z_mm")
+        if np.isfinite(centre).all():
+            _at_corners(mark, own[mark], centre[None], 1, findings)
+        if mark in measured.frames:
+            _fixing(mark, row, centre, measured.frames[mark], findings)
+
+
+def _fixing(mark: str, row: Row, centre: Array, frame: Array, findings: Findings) -> None:
+    """A connector's place and axis in the model against its row."""
+    away = float(np.linalg.norm(frame[:3, 3] - centre))
+    if away > PLACE:
+        findings.add(mark, "place in the model", "as in connectors.csv", f"{away:.2f} mm off")
+    off = _between(frame[:3, 2], _vector(row, "axis_x", "axis_y", "axis_z"))
+    if off > NORMAL:
+        findings.add(mark, "axis in the model", "as in connectors.csv", f"{off:.2f} deg off")
+
+
+def _between(one: Array, other: Array) -> float:
+    """Angle between two directions in degrees."""
+    return float(np.degrees(np.arctan2(np.linalg.norm(cross(one, other)), float(one @ other))))
 
 
 def _at_corners(mark: str, rows: list[Row], corners: Array, count: int, findings: Findings) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from fabgeo.errors import InputError
+from fabgeo.review.check_work import each
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
@@ -30,30 +32,43 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
         findings.add("model/facade.step", "STEP file", "readable", error.problem)
         return
     fixings = {part.path[: k + 1] for part in parts if (k := _fixing(part)) is not None}
+    placed = ((part, k) for part in parts if (k := _fixing(part)) is not None)
+    # A connector holds its product, which is placed in it.
+    measured.frames = {part.path[k]: part.frames[: k + 2][-1] for part, k in placed}
     measured.names = dict(Counter(part.name for part in parts if _fixing(part) is None))
     measured.names.update(Counter(path[-1] for path in fixings))
-    products: set[int] = set()
-    bad = 0
-    for part in parts:
-        if _fixing(part) is not None:
-            # Equal fixings are one product: it is measured once.
-            if part.definition in products:
-                continue
-            products.add(part.definition)
-        sound = _sound(part, measured, findings)
-        bad += not sound
-        if sound and part.name in package.cut_rows:
-            of_part = measured.volumes[part.name], measured.centres[part.name]
-            plate = solid_plate(part, *of_part)
-            if plate is None:
-                findings.add(part.name, "solid", "a plate with two skins", "another shape")
-            else:
-                measured.plates[part.name] = plate
+    whole = [(part, part.name in package.cut_rows) for part in _products(parts)]
+    each(_measure, whole, package.jobs, measured, findings)
     for name, count in turned_faces(package.step).items():
         findings.add(name, "faces of its solid turned inside out", 0, count)
     measured.figures["solids"] = float(len(parts))
-    measured.figures["invalid_solids"] = float(bad)
+    measured.figures["invalid_solids"] = float(len(measured.unsound))
     _names(package, measured, findings)
+
+
+def _products(parts: list[ReadPart]) -> Iterator[ReadPart]:
+    """All parts, but of equal fixings, which are one product, only the first."""
+    seen: set[int] = set()
+    for part in parts:
+        if _fixing(part) is None:
+            yield part
+        elif part.definition not in seen:
+            seen.add(part.definition)
+            yield part
+
+
+def _measure(solid: tuple[ReadPart, bool], measured: Measured, findings: Findings) -> None:
+    """Measure one solid; as a plate if it is cut flat."""
+    part, cut = solid
+    if not _sound(part, measured, findings):
+        measured.unsound.add(part.name)
+    elif cut:
+        of_part = measured.volumes[part.name], measured.centres[part.name]
+        plate = solid_plate(part, *of_part)
+        if plate is None:
+            findings.add(part.name, "solid", "a plate with two skins", "another shape")
+        else:
+            measured.plates[part.name] = plate
 
 
 def _fixing(part: ReadPart) -> int | None:

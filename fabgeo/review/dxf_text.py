@@ -88,39 +88,39 @@ def read_drawing(path: Path) -> Drawing:
     """
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-        codes = [int(line) for line in lines[0::2][: len(lines) // 2]]
+        groups = list(_groups(lines))
     except (OSError, ValueError) as error:
         raise InputError(str(path), f"is no DXF text: {error}", "write it again") from error
-    groups = list(zip(codes, (line.strip() for line in lines[1::2]), strict=False))
     drawing = Drawing(path.name)
-    for k, (code, value) in enumerate(groups):
-        if code == 9 and value == "$INSUNITS" and k + 1 < len(groups):
-            drawing.unit = int(groups[k + 1][1])
-    entities = list(_entities(groups))
-    _collect(entities, drawing)
+    if "$INSUNITS" in lines:
+        drawing.unit = int(lines[lines.index("$INSUNITS") + 2])
+    _collect(list(_entities(groups)), drawing)
     return drawing
 
 
+def _groups(lines: list[str]) -> Iterator[tuple[int, str]]:
+    """Groups of the ENTITIES section; most of a small file is its other sections.
+
+    Raises
+    ------
+    ValueError
+        If there is no such section, or a code that is no number.
+    """
+    if "ENTITIES" not in lines:
+        raise ValueError("it has no section ENTITIES")
+    for k in range(lines.index("ENTITIES") + 1, len(lines) - 1, 2):
+        word = lines[k + 1].strip()
+        if word == "ENDSEC":
+            return
+        yield int(lines[k]), word
+
+
 def _entities(groups: list[tuple[int, str]]) -> Iterator[Entity]:
-    """Entities of the ENTITIES section."""
-    inside = False
-    kind, own = "", list[tuple[int, str]]()
-    for k, (code, value) in enumerate(groups):
-        if code == 2 and k and groups[k - 1] == (0, "SECTION"):
-            inside = value == "ENTITIES"
-            kind, own = "", []
-            continue
-        if not inside:
-            continue
-        if code == 0:
-            if kind:
-                yield Entity(kind, next((v for c, v in own if c == 8), ""), tuple(own))
-            kind, own = value, []
-            inside = value != "ENDSEC"
-            if not inside:
-                kind = ""
-        else:
-            own.append((code, value))
+    """Entities of groups: each begins with code 0."""
+    begins = [k for k, (code, _) in enumerate(groups) if code == 0]
+    for first, last in zip(begins, [*begins[1:], len(groups)], strict=True):
+        own = tuple(groups[first + 1 : last])
+        yield Entity(groups[first][1], next((v for c, v in own if c == 8), ""), own)
 
 
 def _collect(entities: list[Entity], drawing: Drawing) -> None:

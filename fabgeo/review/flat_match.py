@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fabgeo.arrays import Array
+from fabgeo.review.flat_holes import openings_off
 from fabgeo.review.measured import FlatFile
+from fabgeo.review.rings import distances
 from fabgeo.review.solid_plate import SolidPlate, developed
 
 CORNER = np.radians(6.0)  # turn of an outline that may be a corner
 SHARP = np.radians(9.0)  # turn of a solid's edges that is a corner of its outline for certain
+
+
+ALIKE = 0.05  # mm: ways to lay an outline that are equally good
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,8 @@ class Match:
         Arc length along the outline at which each of the solid's edges begins, in its sense.
     sense : int
         +1 if the solid's edges run with the outline.
+    rails : two (n, 2) arrays, optional
+        The solid's rails developed into the drawing.
     """
 
     length_errors: Array
@@ -37,14 +45,16 @@ class Match:
     at: Array
     arcs: Array
     sense: int
+    rails: tuple[Array, Array] | None = None
 
 
-def match(outline: Array, plate: SolidPlate) -> Match | None:
+def match(outline: Array, plate: SolidPlate, rims: Sequence[Array] = ()) -> Match | None:
     """The best of all ways to lay the solid's edges along the outline; None: no corner fits.
 
     Sharp corners of the solid lie at corners of the outline. Where edges of the solid meet
     smoothly, as at the tip of a panel that is cut along a boundary, the outline shows no corner:
-    the edges on both sides share the length between the sharp corners around them.
+    the edges on both sides share the length between the sharp corners around them. An outline with
+    an axis of symmetry is laid as its holes (their contours: `rims`) are.
     """
     arc, length = _arcs(outline)
     corners = np.flatnonzero(_turns(outline) > CORNER)
@@ -72,7 +82,16 @@ def match(outline: Array, plate: SolidPlate) -> Match | None:
     least = min(score for score, _ in found)
     close = [m for score, m in found if score <= least + 0.2]
     compared = [_compared(outline, plate, m) for m in close]
-    return min(compared, key=lambda m: m.away if m.away is not None else 0.0)
+    away = [m.away if m.away is not None else 0.0 for m in compared]
+    alike = [m for m, own in zip(compared, away, strict=True) if own <= min(away) + ALIKE]
+    if len(alike) < 2 or not rims or not plate.openings:
+        return compared[int(np.argmin(away))]
+    return min(alike, key=lambda m: _holes_off(plate, m, rims))
+
+
+def _holes_off(plate: SolidPlate, m: Match, rims: Sequence[Array]) -> float:
+    off = [] if m.rails is None else openings_off(plate, m.rails, rims)
+    return max((away for away, _ in off), default=0.0)
 
 
 def _around(sites: Array, values: Array, plate: SolidPlate) -> tuple[Array, Array]:
@@ -100,7 +119,8 @@ def refold(flat: FlatFile, plate: SolidPlate, found: Match) -> float:
     length = _arcs(flat.outline)[1]
     ring = shapely.LinearRing(flat.outline)
     ends = shapely.points(flat.bends.reshape(-1, 2))
-    near = (shapely.distance(ring, ends) <= 1.0).reshape(-1, 2).all(axis=1)
+    off = distances(flat.bends.reshape(-1, 2), flat.outline)
+    near = (off <= 1.0).reshape(-1, 2).all(axis=1)
     if not near.any():
         return np.inf
     places = shapely.line_locate_point(ring, ends).reshape(-1, 2)[near]
@@ -108,9 +128,9 @@ def refold(flat: FlatFile, plate: SolidPlate, found: Match) -> float:
     space = _on_solid(places, length, plate, found)
     sizes = [np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) for lines in (plane, space)]
     worst = float(np.abs(sizes[0] - sizes[1]).max())
-    for k in range(len(plane) - 1):
-        pieces = plane[k : k + 2].reshape(4, 2), space[k : k + 2].reshape(4, 3)
-        worst = max(worst, _rigid(*pieces))
+    if len(plane) > 1:
+        pieces = [np.stack([own[:-1], own[1:]], axis=1) for own in (plane, space)]
+        worst = max(worst, _rigid(*(own.reshape(len(own), 4, -1) for own in pieces)))
     return worst
 
 
@@ -130,8 +150,6 @@ def _turns(outline: Array) -> Array:
 
 def _compared(outline: Array, plate: SolidPlate, m: Match) -> Match:
     """The match with its largest distance between outline and development, both ways."""
-    import shapely
-
     rails = plate.rails()
     if rails is None:
         return m
@@ -145,13 +163,11 @@ def _compared(outline: Array, plate: SolidPlate, m: Match) -> Match:
     ]
     target = point_at(outline, m.arcs)[order]
     moved = _moved(corners, target, contour)
-    drawn, made = shapely.LinearRing(outline), shapely.LinearRing(moved)
-    off = shapely.distance(shapely.points(outline), made)
-    back = shapely.distance(shapely.points(moved), drawn)
-    k = int(off.argmax())
-    if back.max() > off.max():
-        return Match(m.length_errors, float(back.max()), moved[int(back.argmax())], m.arcs, m.sense)
-    return Match(m.length_errors, float(off.max()), outline[k], m.arcs, m.sense)
+    off, back = distances(outline, moved), distances(moved, outline)
+    flat = moved[: len(flat_a)], moved[len(flat_a) :][::-1]
+    away, at = max((float(d.max()), points[int(d.argmax())])
+                   for d, points in ((off, outline), (back, moved)))  # fmt: skip
+    return replace(m, away=away, at=at, rails=flat)
 
 
 def _moved(source: Array, target: Array, points: Array) -> Array:
@@ -191,9 +207,9 @@ def _along(edge: Array, fraction: Array) -> Array:
 
 
 def _rigid(plane: Array, space: Array) -> float:
-    """Largest distance left after the best motion of plane points (k, 2) onto points in space."""
-    p = np.column_stack([plane, np.zeros(len(plane))])
-    cp, cs = p.mean(axis=0), space.mean(axis=0)
-    u, _, vt = np.linalg.svd((p - cp).T @ (space - cs))
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    return float(np.linalg.norm((p - cp) @ turn + cs - space, axis=1).max())
+    """Largest distance left after the best motion of each plane piece (p, k, 2) into space."""
+    p = np.concatenate([plane, np.zeros((*plane.shape[:2], 1))], axis=-1)
+    p, s = p - p.mean(axis=1, keepdims=True), space - space.mean(axis=1, keepdims=True)
+    u, _, vt = np.linalg.svd(np.swapaxes(p, 1, 2) @ s)
+    u[:, :, 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
+    return float(np.linalg.norm(p @ (u @ vt) - s, axis=-1).max())

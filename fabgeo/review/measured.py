@@ -19,6 +19,8 @@ class FlatFile:
         Points of the closed outline.
     holes : (h, 4) array
         x, y, width and length of every hole (length = width for round ones).
+    rims : tuple of (n, 2) arrays
+        Their contours, in the same order.
     bends : (b, 2, 2) array
         Ends of the bend lines.
     area : float
@@ -28,8 +30,18 @@ class FlatFile:
     mark: str
     outline: Array
     holes: Array
+    rims: tuple[Array, ...]
     bends: Array
     area: float
+
+
+@dataclass(frozen=True)
+class SheetFile:
+    """One nested sheet in numbers: marks on it, net area of its parts, area of its stock, mm2."""
+
+    marks: tuple[str, ...]
+    used: float
+    whole: float
 
 
 @dataclass
@@ -40,11 +52,26 @@ class Measured:
     volumes: dict[str, float] = field(default_factory=dict)
     centres: dict[str, Array] = field(default_factory=dict)
     names: dict[str, int] = field(default_factory=dict)
+    unsound: set[str] = field(default_factory=set)
+    """Solids that are not one valid, closed solid turned outwards."""
+    frames: dict[str, Array] = field(default_factory=dict)
+    """Placement (4, 4) of every connector in the model."""
     flats: dict[str, FlatFile] = field(default_factory=dict)
     edge_errors: dict[str, Array] = field(default_factory=dict)
     """Flat length less the solid's of every edge, in the order of the plate's edges, mm."""
     on_sheets: dict[str, list[str]] = field(default_factory=dict)
+    sheets: dict[str, SheetFile] = field(default_factory=dict)
     figures: dict[str, float] = field(default_factory=dict)
+
+    def take(self, other: Measured) -> None:
+        """Take in what was measured of other parts."""
+        for name in ("plates", "volumes", "centres", "flats", "edge_errors", "sheets"):
+            getattr(self, name).update(getattr(other, name))
+        self.unsound |= other.unsound
+        for mark, names in other.on_sheets.items():
+            self.on_sheets.setdefault(mark, []).extend(names)
+        for key, value in other.figures.items():
+            self.worst(key, value)
 
     def worst(self, key: str, value: float) -> None:
         """Keep the largest value seen of a figure."""

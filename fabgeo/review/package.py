@@ -23,13 +23,20 @@ class WrittenPackage:
     folder : Path
     manifest : dict
         Contents of manifest.json.
+    jobs : int, optional
+        Processes to measure it with; None: as joblib's `parallel_config` says.
     """
 
     folder: Path
     manifest: dict[str, Any] = field(default_factory=dict)
+    jobs: int | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to other processes: where it is and its settings, no tables, no hashes."""
+        return {"folder": self.folder, "manifest": {"project": self.project}, "jobs": None}
 
     @classmethod
-    def open(cls, folder: Path) -> WrittenPackage:
+    def open(cls, folder: Path, jobs: int | None = None) -> WrittenPackage:
         """Open a folder.
 
         Raises
@@ -46,7 +53,7 @@ class WrittenPackage:
             raise InputError(str(path), f"is no JSON: {error}", "build again") from error
         if not isinstance(manifest, dict):
             raise InputError(str(path), "expected an object at its top", "build again")
-        return cls(folder, manifest)
+        return cls(folder, manifest, jobs)
 
     @property
     def project(self) -> Mapping[str, Any]:

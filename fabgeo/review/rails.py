@@ -12,8 +12,9 @@ def rail_normals(a: Array, b: Array) -> tuple[Array, Array]:
     from scipy.interpolate import CubicSpline
 
     sites = np.arange(len(a), dtype=float)
-    first, second = (cross(CubicSpline(sites, rail)(sites, 1), b - a) for rail in (a, b))
-    return unit(first), unit(second)
+    speeds = CubicSpline(sites, np.stack([a, b], axis=1))(sites, 1)
+    first, second = (unit(cross(speeds[:, k], b - a)) for k in (0, 1))
+    return first, second
 
 
 def ruling_radii(rails: tuple[Array, Array]) -> Array:
@@ -26,9 +27,9 @@ def ruling_radii(rails: tuple[Array, Array]) -> Array:
     from scipy.interpolate import CubicSpline
 
     sites = np.arange(len(rails[0]), dtype=float)
-    splines = [CubicSpline(sites, rail) for rail in rails]
-    (a, b), (da, db) = (np.stack([spline(sites, d) for spline in splines]) for d in (0, 1))
-    along, turning = _directions(np.stack([da, db]), np.stack([s(sites, 2) for s in splines]))
+    spline = CubicSpline(sites, np.stack(rails, axis=1))
+    (a, b), speeds, seconds = (np.moveaxis(spline(sites, d), 1, 0) for d in (0, 1, 2))
+    (da, db), (along, turning) = speeds, _directions(speeds, seconds)
     chord, change = b - a, db - da
     across = cross(along, chord)
     size = np.linalg.norm(across, axis=1, keepdims=True)

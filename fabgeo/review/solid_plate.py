@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fabgeo.arrays import Array, ComplexArray, cross, unit
+from fabgeo.errors import GeometryError
+from fabgeo.review.rails import rail_normals, ruling_radii
 
 if TYPE_CHECKING:
     from fabgeo.cad.readback import EdgeSamples, ReadPart

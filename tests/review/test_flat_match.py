@@ -20,7 +20,7 @@ def plate(first: Array, second: Array) -> SolidPlate:
                                                        (rails[1][0], rails[0][0]))]  # fmt: skip
     edges = (rails[0], ends[0], rails[1][::-1], ends[1])
     straight = (False, True, False, True)
-    return SolidPlate("P-00-00", 1.0, np.zeros(3), edges, straight, 3.0, 0)
+    return SolidPlate("P-00-00", 1.0, np.zeros(3), edges, straight, 3.0, ())
 
 
 def tip(turn: float) -> SolidPlate:

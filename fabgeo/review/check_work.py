@@ -1,0 +1,53 @@
+"""Work of the check that is independent per part: through joblib, each part with its own notes.
+
+A part is measured into a `Measured` and `Findings` of its own, in this process or another, and
+the notes are taken over in the parts' order: the report is the same for any number of processes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any
+
+from fabgeo.review.findings import Findings
+from fabgeo.review.measured import Measured
+
+BATCH = 8  # parts that are sent to a process together
+
+
+def each[P](
+    measure: Callable[[P, Measured, Findings], None],
+    parts: Iterable[P],
+    jobs: int | None,
+    measured: Measured,
+    findings: Findings,
+) -> None:
+    """Measure every part; `jobs` processes, None: as joblib's `parallel_config` says.
+
+    Parameters
+    ----------
+    measure : callable
+        Measures one part into what it is handed; importable, as it runs in other processes.
+    parts : iterable
+        What it measures.
+    jobs : int, optional
+    measured, findings
+        Take in what was noted, in the order of the parts.
+    """
+    from joblib import Parallel, delayed
+
+    batch: Any = BATCH  # joblib tells its type by its default
+    parallel = Parallel(n_jobs=jobs, return_as="generator", batch_size=batch)
+    found: Any = parallel(delayed(partial(_noted, measure))(part) for part in parts)
+    for own, notes in found:
+        measured.take(own)
+        findings.items += notes.items
+
+
+def _noted[P](
+    measure: Callable[[P, Measured, Findings], None], part: P
+) -> tuple[Measured, Findings]:
+    measured, findings = Measured(), Findings()
+    measure(part, measured, findings)
+    return measured, findings
