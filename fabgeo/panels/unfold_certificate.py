@@ -18,6 +18,8 @@ from fabgeo.strips.ruled import RuledPatch
 _X, _W = legendre.leggauss(6)
 _X, _W = (_X + 1.0) / 2.0, _W / 2.0
 
+HALVINGS, SETTLED = 8, 1e-3  # of the refolded pieces at most, mm that their error may still change
+
 
 def hermite_length(edge: FlatEdge) -> float:
     """Length of the delivered edge, by quadrature of its Hermite curves' speed."""
@@ -169,12 +171,21 @@ def refold_error(
 
     A frame is carried from ruling to ruling by the flat part's own motion in its plane, while it
     turns about the ruling by what the normals of the patch turn: between two rulings one screw.
-    Best rigid motion onto the patch, then the largest distance of both edge curves.
+    Best rigid motion onto the patch, then the largest distance of both edge curves. Rulings get
+    closer until that distance settles: bending in steps of constant radius is the measurement's
+    own error, of second order. What is left is the patch's twist: along a length s it turns the
+    patch out of every developable shape by about twist s^2 / width.
     """
-    fine = flat.rule.halved().halved()
-    folded = _folded(mid, fine.breaks, _flat_edges(mid, flat, fine))
-    target = mid.edges(fine.breaks)
-    return float(np.linalg.norm(_fitted(folded, target) - target, axis=-1).max())
+    fine, before, error = flat.rule.halved(), np.inf, np.inf
+    for _ in range(HALVINGS):
+        fine = fine.halved()
+        folded = _folded(mid, fine.breaks, _flat_edges(mid, flat, fine))
+        target = mid.edges(fine.breaks)
+        error = float(np.linalg.norm(_fitted(folded, target) - target, axis=-1).max())
+        if abs(before - error) < SETTLED:
+            break
+        before = error
+    return error
 
 
 def _flat_edges(mid: RuledPatch, flat: Development, fine: Quadrature) -> Array:

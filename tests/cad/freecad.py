@@ -20,21 +20,35 @@ for group in ("Mod/Import", "Mod/Import/hSTEP"):
     preferences = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/" + group)
     preferences.SetBool("UseBaseName", False)
     preferences.SetBool("ReduceObjects", False)
+# Labels as the file has them; comparing each with all others is what takes long otherwise.
+documents = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/Document")
+documents.SetBool("DuplicateLabels", True)
+seen = {}
+
+
+def judged(shape):  # once for all placed instances
+    alike = seen.setdefault(len(shape.Faces), [])
+    for other, found in alike:
+        if shape.isPartner(other):
+            return found
+    found = {
+        "volume": shape.Volume,
+        "valid": bool(shape.isValid()),
+        "solids": len(shape.Solids),
+        "closed": all(s.isClosed() for s in shape.Solids),
+        "faces": len(shape.Faces),
+    }
+    alike.append((shape, found))
+    return found
+
+
 out = {"parts": [], "groups": []}
 try:
     document = FreeCAD.newDocument("check")
     Import.insert(os.environ["FABGEO_STEP"], document.Name, useLinkGroup=False)
     for item in document.Objects:
         if item.TypeId == "Part::Feature":
-            shape = item.Shape
-            out["parts"].append({
-                "label": item.Label,
-                "volume": shape.Volume,
-                "valid": bool(shape.isValid()),
-                "solids": len(shape.Solids),
-                "closed": all(s.isClosed() for s in shape.Solids),
-                "faces": len(shape.Faces),
-            })
+            out["parts"].append({"label": item.Label, **judged(item.Shape)})
         elif item.TypeId == "App::Part":
             out["groups"].append(item.Label)
 except Exception as error:
