@@ -12,12 +12,14 @@ from pathlib import Path
 
 from fabgeo.review.check_files import check_files
 from fabgeo.review.check_flats import check_flats
+from fabgeo.review.check_model import check_model
 from fabgeo.review.check_neighbours import check_neighbours
 from fabgeo.review.check_rows import check_rows
 from fabgeo.review.check_sheets import check_sheets
 from fabgeo.review.check_site import check_site
 from fabgeo.review.check_solids import check_solids
 from fabgeo.review.check_summary import check_summary
+from fabgeo.review.check_tables import check_tables
 from fabgeo.review.findings import CheckReport, Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
@@ -30,6 +32,8 @@ STEPS = (
     check_neighbours,
     check_rows,
     check_site,
+    check_tables,
+    check_model,
     check_summary,
 )
 

@@ -44,7 +44,8 @@ CIRCLE = 256  # points of a circle: its area is 1e-4 too small, its radius nowhe
 
 def check_flats(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """Read every cut/parts file and compare it with its solid and its schedule row."""
-    expected = set(package.cut_rows) if package.part_files else set()
+    asked = package.part_files or package.tables["sheets"]
+    expected = set(package.cut_rows) if asked else set()
     for mark in sorted(expected - set(package.part_files)):
         findings.add(mark, "cut/parts file", "present", "missing", _name(mark))
     drawn = [

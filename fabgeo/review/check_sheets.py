@@ -27,7 +27,7 @@ COPY = 0.06  # mm: an outline on a sheet against the part's own file
 
 def check_sheets(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """Measure every sheet's file and count the parts over all of them."""
-    if not package.sheet_files:
+    if not package.sheet_files and not package.tables["sheets"]:
         return
     flats = measured.flats
     each(partial(_sheet, package), _files(package, flats), package.jobs, measured, findings)
@@ -38,6 +38,10 @@ def check_sheets(package: WrittenPackage, measured: Measured, findings: Findings
             findings.add(mark, "times on the sheets", 1, f"{len(where)} {' '.join(where)}".strip())
         elif where and stated and not _is_sheet(stated, where[0]):
             findings.add(mark, "sheet in its schedule row", where[0], stated)
+    for row in package.tables["sheets"]:
+        name = row.get("file") or f"{row.get('sheet')}"
+        if not (package.folder / name).is_file():
+            findings.add(name, "file of a row in sheets.csv", "present", "missing")
     for name, sheet in measured.sheets.items():
         _row(package, name, sheet, findings)
     measured.figures["unplaced_parts"] = float(

@@ -15,12 +15,24 @@ EXACT = {"solids": 0.0, "invalid_solids": 0.0, "unplaced_parts": 0.0, "utilisati
 WORST = (
     "twist_max_deg",
     "gap_max_mm",
+    "kink_added_deg",
     "volume_error_rel",
     "edge_length_error_mm",
     "area_error_rel",
     "refold_error_mm",
 )
-"""Summary keys that are the worst over the parts."""
+"""Summary keys that are the worst over the parts (of the twist: and of the model)."""
+
+OF_MODEL = {"kink_max_deg": 1e-6, "conical_residual": 1e-9, "folds": 0.0}
+"""Summary keys that strips.json alone measures, and how far they may be off."""
+
+MEASURED = {
+    "edge_length_error_mm": 0.02,
+    "shared_edge_error_mm": 0.02,
+    "area_error_rel": 1e-4,
+    "refold_error_mm": 0.05,
+}
+"""Errors of the unfolding: how much more than stated the files may measure."""
 
 
 def check_summary(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -37,12 +49,32 @@ def check_summary(package: WrittenPackage, measured: Measured, findings: Finding
         stated, found = summary.get(key), measured.figures.get(key)
         if stated is not None and found is not None:
             findings.near("checks/review.json", f"summary {key}", found, float(stated), within)
+    parts = (review.get("parts") or {}).values()
     for key in WORST:
-        values = [v for part in (review.get("parts") or {}).values()
-                  if isinstance(v := part.get(key), int | float)]  # fmt: skip
+        values = [v for part in parts if isinstance(v := part.get(key), int | float)]
+        if key == "twist_max_deg" and "model_twist_max_deg" in measured.figures:
+            values.append(measured.figures["model_twist_max_deg"])
         stated = summary.get(key)
-        if values and stated is not None and stated < max(values):
-            findings.add("checks/review.json", f"summary {key}", max(values), stated)
+        if values and stated is not None:
+            within = 1e-6 * max(values) + 1e-12
+            findings.near("checks/review.json", f"summary {key}", max(values), stated, within)
+    for key, within in OF_MODEL.items():
+        stated, found = summary.get(key), measured.figures.get(key)
+        if stated is not None and found is not None:
+            within += 1e-6 * abs(found)
+            findings.near("checks/review.json", f"summary {key} of strips.json", found, stated,
+                          within)  # fmt: skip
+    stated = summary.get("offset_distance_error_mm")
+    found = measured.figures.get("offset_distance_error_mm")
+    if stated is not None and found is not None:
+        within = 1e-6 + 0.01 * found
+        findings.near("checks/review.json", "summary offset_distance_error_mm of strips.json",
+                      found, stated, within)  # fmt: skip
+    for key, more in MEASURED.items():
+        stated, found = summary.get(key), measured.figures.get(key)
+        if stated is not None and found is not None and found > stated + more:
+            words = f"at most {stated + more:.4g}"
+            findings.add("checks/review.json", f"summary {key} of the files", words, found)
     _verdicts(package, review, findings)
 
 

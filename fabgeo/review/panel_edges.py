@@ -46,7 +46,7 @@ class PanelEdge:
         count = min(int(length / spacing) + 3, len(self.points))
         return self.points[np.linspace(0, len(self.points) - 1, count).round().astype(int)]
 
-    def nearest(self, points: Array) -> tuple[Array, Array]:
+    def nearest(self, points: Array) -> tuple[IntArray, Array]:
         """Segment (k,) and fraction (k,) of the edge's points nearest to given ones."""
         # The nearest vertex by one product, then the nearer of the segments on both its sides.
         origin = self.points[0]
