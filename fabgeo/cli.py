@@ -113,9 +113,10 @@ def inspect(
 
     found = inspect_file(surface, unit)
     if as_json:
-        _print_json(found)
+        _print_json(found.as_dict())
     else:
-        _print_facts(found)
+        for line in found.lines():
+            typer.echo(line)
 
 
 @app.command()
@@ -234,28 +235,6 @@ def _print_package(package: Any) -> None:
     for line in package.failures:
         console.print(f"fails: {line}", style="red", highlight=False, markup=False)
     console.print(f"package: {package.path}", highlight=False, markup=False)
-
-
-def _print_facts(facts: dict[str, Any], indent: str = "") -> None:
-    for key, value in facts.items():
-        if isinstance(value, dict):
-            typer.echo(f"{indent}{key}:")
-            _print_facts(value, indent + "  ")
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            typer.echo(f"{indent}{key}:")
-            for item in value:
-                words = (f"{k} {_plain(v)}" for k, v in item.items())
-                typer.echo(f"{indent}  - " + ", ".join(words))
-        else:
-            typer.echo(f"{indent}{key}: {_plain(value)}")
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, list):
-        return ", ".join(_plain(item) for item in value)
-    return "none" if value is None else str(value)
 
 
 def _print_rows(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fabgeo.errors import InputError
 from fabgeo.project import Project, Surface, read_project
 from fabgeo.surfaces.base import DesignSurface, size_of
 from fabgeo.surfaces.units import check_size, unit_of
+
+if TYPE_CHECKING:
+    from fabgeo.surfaces.inspect import Inspection
 
 
 def surface_of(project: Project, base: Path) -> DesignSurface:
@@ -60,8 +63,8 @@ def _formula(asked: Surface, name: str) -> DesignSurface:
     return surface
 
 
-def inspect_file(path: Path, unit: str | None = None) -> dict[str, Any]:
-    """What a surface file, or the surface of a project file, holds: plain data.
+def inspect_file(path: Path, unit: str | None = None) -> Inspection:
+    """What a surface file, or the surface of a project file, holds.
 
     Raises
     ------
@@ -75,4 +78,4 @@ def inspect_file(path: Path, unit: str | None = None) -> dict[str, Any]:
         surface = surface_of(read_project(path), path.parent)
     else:
         surface = read_surface(path, unit=unit)
-    return inspect(surface).as_dict()
+    return inspect(surface)

@@ -97,12 +97,22 @@ class ParametricSurface:
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @cached_property
-    def area(self) -> float:
-        """Area of the trimmed faces, by the midpoint rule over the sample cells."""
-        return sum(
+    def face_areas(self) -> tuple[float, ...]:
+        """Areas of the trimmed faces, by the midpoint rule over the sample cells."""
+        return tuple(
             float((cell_areas(c) * kept_shares(c, t)).sum())
             for c, t in zip(self.charts, self.trims, strict=True)
         )
+
+    @property
+    def area(self) -> float:
+        """Area of all faces."""
+        return sum(self.face_areas)
+
+    def face_bounds(self, face: int) -> Array:
+        """Bounding box (2, 3) of a trimmed face's samples."""
+        points = self._starts[face].point
+        return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @property
     def loops(self) -> tuple[Array, ...]:

@@ -79,7 +79,7 @@ def test_the_step_file_holds_every_part_under_its_mark(
 def test_freecad_opens_it_with_all_labels(
     canopy: Package, read: list[ReadPart], tmp_path: Path
 ) -> None:
-    view = freecad.open_step(canopy.path / "model" / "facade.step", tmp_path, seconds=900.0)
+    view = freecad.open_step(canopy.path / "model" / "facade.step", tmp_path, seconds=590.0)
     assert len(view.parts) == len(read)
     assert all(p.valid and p.closed for p in view.parts)
     labels = {p.label for p in view.parts} | set(view.groups)

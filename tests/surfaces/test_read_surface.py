@@ -22,11 +22,11 @@ def test_canopy(fixtures):
     assert (high - low)[:2] == pytest.approx([18000.0, 9162.0], abs=1.0)
     found = inspect(surface)
     # As promised in fixtures/README.md: distinct principal curvatures from 1/60 to 1/12 per metre.
-    assert found.synclastic == 1.0
+    assert found.synclastic_share == 1.0
     assert found.umbilic_share == 0.0
-    for low, high in (found.curvature_larger, found.curvature_smaller):
+    for low, high in (found.curvature_larger_per_mm, found.curvature_smaller_per_mm):
         assert 1 / 60e3 < min(-low, -high) <= max(-low, -high) < 1 / 12e3
-    assert max(found.curvature_larger) < min(found.curvature_smaller) - 1 / 60e3
+    assert max(found.curvature_larger_per_mm) < min(found.curvature_smaller_per_mm) - 1 / 60e3
     json.dumps(found.as_dict())
 
 
@@ -205,13 +205,13 @@ def test_inspection_of_known_shapes(tmp_path):
     assert ball.umbilic_share == 1.0
     assert ball.radius_min_mm == pytest.approx(3000.0)
     pipe = inspect(cylinder(2000.0, 5000.0))
-    assert pipe.single_curved == 1.0
+    assert pipe.single_curved_share == 1.0
     assert pipe.suggestions[0].strips == 1  # straight rulings: one strip, exact
-    assert pipe.loops_mm == pytest.approx([4000 * np.pi] * 2, rel=1e-4)
+    assert pipe.boundary_loops_mm == pytest.approx([4000 * np.pi] * 2, rel=1e-4)
     ring = inspect(torus(5000.0, 2000.0))
     outer = 0.5 + 2.0 / (np.pi * 5.0)  # share of a torus' area beyond its centre circle
-    assert ring.synclastic == pytest.approx(outer, abs=0.01)
-    assert ring.anticlastic == pytest.approx(1 - outer, abs=0.01)
+    assert ring.synclastic_share == pytest.approx(outer, abs=0.01)
+    assert ring.anticlastic_share == pytest.approx(1 - outer, abs=0.01)
 
 
 @pytest.mark.slow
