@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fabgeo.build import Package as Package
     from fabgeo.build import build_package as build_package
     from fabgeo.build import design as design
+    from fabgeo.cad.given import as_surface as as_surface
     from fabgeo.errors import FabgeoError as FabgeoError
     from fabgeo.errors import GeometryError as GeometryError
     from fabgeo.errors import InputError as InputError
@@ -61,6 +62,7 @@ _WHERE = {
     "RuledPatch": "strips.ruled",
     "FormulaSurface": "surfaces.formula",
     "read_surface": "cad.read_surface",
+    "as_surface": "cad.given",
     "spline": "",
 }
 

@@ -34,9 +34,11 @@ class Surface(Table):
     """The design surface: a file, or a formula for x, y and z over a (u, v) domain.
 
     `file` is relative to the project file. `faces` picks faces of a CAD file by index or name.
+    `given` names a surface that a Python script holds and passes to the build.
     """
 
     file: str | None = None
+    given: str | None = None
     unit: Unit | None = None
     faces: list[int | str] | None = None
     define: dict[str, str | float] = {}
@@ -51,11 +53,12 @@ class Surface(Table):
     @model_validator(mode="after")
     def _one_source(self) -> Surface:
         formula = (self.x, self.y, self.z, self.u, self.v)
-        if (self.file is None) == all(part is None for part in formula):
+        named = (self.file is not None) + (self.given is not None)
+        if named + any(part is not None for part in formula) != 1:
             raise ValueError("give either file, or a formula by x, y, z, u and v")
-        if self.file is None and any(part is None for part in formula):
+        if not named and any(part is None for part in formula):
             raise ValueError("a formula needs all of x, y, z, u and v")
-        if self.file is None and self.unit is None:
+        if not named and self.unit is None:
             raise ValueError('a formula needs its unit, such as unit = "m"')
         return self
 

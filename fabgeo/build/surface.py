@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fabgeo.errors import InputError
-from fabgeo.project import Project, Surface, read_project
+from fabgeo.project import Project, Surface, parse_project, read_project
 from fabgeo.surfaces.base import DesignSurface, size_of
 from fabgeo.surfaces.units import check_size, unit_of
 
@@ -29,6 +30,12 @@ def surface_of(project: Project, base: Path) -> DesignSurface:
         If the file is missing or holds no usable surface, or the formula is wrong.
     """
     asked = project.surface
+    if asked.given is not None:
+        raise InputError(
+            "surface.given",
+            f"{asked.given!r} is a surface that a script holds",
+            "build it from Python with surface=, or name a file",
+        )
     if asked.file is None:
         return _formula(asked, project.name)
     from fabgeo.cad.read_surface import read_surface
@@ -38,6 +45,16 @@ def surface_of(project: Project, base: Path) -> DesignSurface:
         raise InputError(str(path), "no such file", "surface.file is relative to the project file")
     options: dict[str, Any] = {} if asked.faces is None else {"faces": asked.faces}
     return read_surface(path, unit=asked.unit, **options)
+
+
+def with_surface(project: Project | Mapping[str, Any], given: object) -> Project:
+    """The project with a surface that a script holds in place of its [surface]."""
+    from fabgeo.cad.given import name_of
+
+    own = Surface(given=name_of(given), unit="mm")
+    if isinstance(project, Project):
+        return project.model_copy(update={"surface": own})
+    return parse_project({**project, "surface": own.model_dump(exclude_defaults=True)})
 
 
 def _formula(asked: Surface, name: str) -> DesignSurface:

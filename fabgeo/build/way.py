@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -33,17 +34,22 @@ from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.solids import solids_of
 from fabgeo.build.splitting import divided_patches, divided_structure
-from fabgeo.build.surface import surface_of
+from fabgeo.build.surface import surface_of, with_surface
 from fabgeo.build.trimming import trimmed, trims_panels
+from fabgeo.cad.given import as_surface
 from fabgeo.fitting.starts import Start
-from fabgeo.project import Project, read_project
+from fabgeo.project import Project, parse_project, read_project
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.structures.fixing import Fixing
+from fabgeo.surfaces.base import DesignSurface
+
+SEEN = 4000  # points by which a surface in memory is known again
 
 
 def design(
-    project: Project | Path | str,
+    project: Project | Mapping[str, Any] | Path | str,
     *,
+    surface: object | None = None,
     base: Path | None = None,
     listener: Listener | None = None,
     clock: Clock | None = None,
@@ -55,8 +61,11 @@ def design(
 
     Parameters
     ----------
-    project : Project or path
-        A project, or the path of its file.
+    project : Project, mapping or path
+        A project, its tables as a project file holds them, or the path of its file.
+    surface : object, optional
+        A surface in memory, in millimetres, in place of the project's [surface]: see
+        `fabgeo.as_surface` for what it may be.
     base : Path, optional
         Folder that the project's paths are relative to; by default the project file's own, or
         the current one.
@@ -75,18 +84,24 @@ def design(
     InputError, GeometryError
         Naming the file, the setting or the part, and the cure.
     """
-    if not isinstance(project, Project):
+    if isinstance(project, str | Path):
         base = base or Path(project).parent
         project = read_project(project)
+    if surface is not None:
+        project = with_surface(project, surface)
+    elif not isinstance(project, Project):
+        project = parse_project(dict(project))
     base = base or Path()
     clock, cache = clock or Clock(listener), cache or Cache()
     with clock.stage("surface"):
-        surface = surface_of(project, base)
+        wanted = surface_of(project, base) if surface is None else as_surface(surface)
     with clock.stage("start"):
-        initial = start_of(project, surface, base)
+        initial = start_of(project, wanted, base)
     with clock.stage("fit"):
         fitted = cache.once(
-            "fit", _fitted_to(project, initial, base), partial(fit_of, project, initial, clock)
+            "fit",
+            _fitted_to(project, wanted, initial, base),
+            partial(fit_of, project, initial, clock),
         )
         model = outwards(fitted.model)
     with clock.stage("panels"):
@@ -98,7 +113,7 @@ def design(
             partial(panels_of, project, lanes, patches, jobs),
         )
         layers = layers_of(project, lanes, patches)
-    made = Design(project, surface, initial, fitted, model, lanes, patches, panels, choices, layers)
+    made = Design(project, wanted, initial, fitted, model, lanes, patches, panels, choices, layers)
     made = replace(made, saved=saved)
     if trims_panels(project, initial):
         with clock.stage("trim"):
@@ -119,9 +134,10 @@ def design(
 
 
 def build_package(
-    project: Project | Path | str,
+    project: Project | Mapping[str, Any] | Path | str,
     out: Path | str,
     *,
+    surface: object | None = None,
     base: Path | None = None,
     jobs: int | None = None,
     fresh: bool = False,
@@ -132,7 +148,7 @@ def build_package(
 
     Parameters
     ----------
-    project, base, listener, fixing
+    project, surface, base, listener, fixing
         As in `design`.
     jobs : int, optional
         Processes for work that is independent per part; by default what joblib's
@@ -157,7 +173,15 @@ def build_package(
         cache = Cache(folder.cache, fresh)
         if fresh:
             folder.forget()
-        made = design(project, base=base, clock=clock, cache=cache, jobs=jobs, fixing=fixing)
+        made = design(
+            project,
+            surface=surface,
+            base=base,
+            clock=clock,
+            cache=cache,
+            jobs=jobs,
+            fixing=fixing,
+        )
         with clock.stage("unfold", len(made.plates)):
             flats = flats_of(made.project, made.plates, jobs, clock, cache)
             refuse_oversize(made.project, made.plates, flats)
@@ -171,10 +195,17 @@ def build_package(
         return package
 
 
-def _fitted_to(project: Project, initial: Start, base: Path) -> tuple[object, ...]:
+def _fitted_to(
+    project: Project, surface: DesignSurface, initial: Start, base: Path
+) -> tuple[object, ...]:
     """What a fit depends on: the surface's data, its start, and [strips]."""
     asked = project.surface
-    data = b"" if asked.file is None else (base / asked.file).read_bytes()
+    data: object = b""
+    if asked.file is not None:
+        data = (base / asked.file).read_bytes()
+    elif asked.given is not None:
+        at = surface.sample(SEEN)
+        data = (at.point, at.normal, at.shape, surface.loops)
     return asked.model_dump(), data, project.strips.model_dump(), initial.model
 
 

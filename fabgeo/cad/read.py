@@ -124,6 +124,28 @@ def _read(
     return [_nurbs_face(path.name, found[i][0], names[i], found[i][2]) for i in picked]
 
 
+def faces_of_shape(shape: Any, name: str) -> list[NurbsFace]:
+    """All faces of a shape of the kernel, in millimetres as it is.
+
+    Raises
+    ------
+    InputError
+        If it holds none.
+    """
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    found, explorer = [], TopExp_Explorer(shape, TopAbs_FACE)
+    while explorer.More():
+        face = TopoDS.Face_s(explorer.Current())
+        found.append(_nurbs_face(name, face, f"face {len(found)}", None))
+        explorer.Next()
+    if not found:
+        raise InputError(name, "the shape holds no face", "give a face, shell or solid")
+    return found
+
+
 def chosen_faces(where: str, names: Sequence[str], chosen: Sequence[int | str]) -> list[int]:
     """Indices of faces chosen by index or name, in the order given."""
     indices: list[int] = []
