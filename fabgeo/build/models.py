@@ -1,39 +1,66 @@
-"""STEP files and the glb file of a package, each by itself: at work side by side, found again.
+"""STEP files and the glb file of a package, made piece by piece, side by side, and found again.
 
-A file is taken over from the package before where none of its parts changed. Where others work
-on parts, they also write: the facade in one process, its families in the others.
+The kernel translates a few parts at a time, in other processes where the build has them; each
+piece goes into the file of its family and into that of the facade (`fabgeo.cad.stepjoin`). A
+file is taken over from the package before where none of its parts changed.
+
+Glossary
+--------
+piece
+    Parts of one family that are translated together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from joblib import Parallel, delayed
-
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
-from fabgeo.build.fixings import products_of
+from fabgeo.build.fixings import nodes_of, products_of
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
-from fabgeo.build.solids import FAMILIES, tree_of
+from fabgeo.build.parallel import Work, results
+from fabgeo.build.solids import Leaf, assemblies, leaves_of, mesh_of, solid_node
 from fabgeo.cad.assembly import Node
-from fabgeo.errors import InputError
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.structures.parts import Connector
 
 FACADE = "facade"
+PARTS = 48  # in a piece; a beam stays whole
 
 
 @dataclass(frozen=True)
-class _File:
-    """One file to be written: the parts of its family, or of all."""
+class _Piece:
+    """Parts of a family with their solids, or all connectors with their products."""
 
-    path: Path
-    design: Design
-    built: dict[str, Built]
     family: str
-    products: Mapping[str, Node]
+    leaves: tuple[tuple[Leaf, Built], ...] = ()
+    connectors: tuple[Connector, ...] = ()
+    products: Mapping[str, Node] | None = None
+    made_of: Any = None
+
+    @property
+    def depends(self) -> Any:
+        """What its file depends on."""
+        shown = [
+            (leaf.beam, b.mark, b.identity, leaf.colour, leaf.layer) for leaf, b in self.leaves
+        ]
+        return self.family, shown, self.connectors, self.made_of
+
+    def node(self) -> Node:
+        """Its tree, with an assembly of the family as root."""
+        if self.products is not None:
+            from fabgeo.cad.connectors import place_connectors
+
+            placed = place_connectors(self.connectors, dict(self.products))
+            return Node(self.family, children=tuple(placed))
+        (root,) = assemblies((leaf, solid_node(leaf, built)) for leaf, built in self.leaves)
+        return root
 
 
 def write_models(
@@ -44,84 +71,94 @@ def write_models(
     cache: Cache | None = None,
 ) -> None:
     """Write model/facade.step, a STEP file a family where there are several, and the glb file."""
-    bare = _bare(design)
-    families = [family for family in FAMILIES if any(_marks(bare, built, family))]
-    if not families:
+    store = cache or Cache()
+    leaves = list(leaves_of(design, built))
+    pieces = [*_pieces(leaves, built), *_fixings(design)]
+    if not pieces:
         return
-    names = [f"{FACADE}.step", *(f"{f}.step" for f in families if len(families) > 1)]
-    files = []
-    for name in (*names, f"{FACADE}.glb"):
-        family = name.split(".")[0]
-        key = _key(cache or Cache(), bare, built, family)
-        if folder.again(f"model/{name}", key):
-            continue
-        part, own = _part(bare, built, family)
-        products = products_of(part)  # made once, in this process
-        files.append(_File(folder.place(f"model/{name}"), part, own, family, products))
-    Parallel(n_jobs=jobs, max_nbytes=None)(delayed(_write)(file) for file in files)
+    _write_steps(folder, design.project.name, pieces, jobs, store)
+    key = store.key("glb", design.project.name, [piece.depends for piece in pieces])
+    if not folder.again(f"model/{FACADE}.glb", key):
+        _write_glb(folder.place(f"model/{FACADE}.glb"), design, leaves, jobs, store)
 
 
-def _write(file: _File) -> None:
-    from fabgeo.cad.glb import write_glb
-    from fabgeo.cad.step import write_step
-
-    tree = tree_of(
-        file.design, file.built, meshes=file.path.suffix == ".glb", products=file.products
-    )
-    if file.family != FACADE:
-        (tree,) = tree.children
-    if file.path.suffix == ".glb":
-        write_glb(file.path, tree)
-    else:
-        write_step(file.path, tree)
+def _pieces(leaves: Iterable[Leaf], built: Mapping[str, Built]) -> Iterator[_Piece]:
+    for family, members in groupby(leaves, lambda leaf: leaf.family):
+        piece: list[tuple[Leaf, Built]] = []
+        for _, plates in groupby(members, lambda leaf: leaf.beam or leaf.part.mark):
+            if len(piece) >= PARTS:
+                yield _Piece(family, tuple(piece))
+                piece = []
+            piece += [(leaf, built[leaf.part.mark]) for leaf in plates]
+        yield _Piece(family, tuple(piece))
 
 
-def _bare(design: Design) -> Design:
-    """What trees are made of, without surface and fit: it goes to other processes."""
-    nothing: Any = None
-    return replace(
-        design, surface=nothing, start=nothing, fit=nothing, model=nothing, pair=None, trims=None
-    )
-
-
-def _part(bare: Design, built: Mapping[str, Built], family: str) -> tuple[Design, dict[str, Built]]:
-    """The design and its solids with one family left."""
-    if family == FACADE:
-        return bare, dict(built)
-    gone: dict[str, Any] = {name: () for name in FAMILIES if name != family}
-    marks = set(_marks(bare, built, family))
-    return replace(bare, **gone), {m: made for m, made in built.items() if m in marks}
-
-
-def _marks(bare: Design, built: Mapping[str, Built], family: str) -> Iterator[str]:
-    """Marks of a family's parts that have a shape."""
-    if family == "connectors":
-        yield from (connector.mark for connector in bare.connectors)
+def _fixings(design: Design) -> Iterator[_Piece]:
+    """All connectors in one piece: equal ones are placed instances of one product."""
+    if not design.connectors:
         return
-    parts: Any = getattr(bare, family)
-    if family == "beams":
-        parts = [plate for beam in bare.beams for plate in beam.plates]
-    yield from (part.mark for part in parts if part.mark in built and built[part.mark].made)
-
-
-def _key(cache: Cache, bare: Design, built: Mapping[str, Built], family: str) -> str:
-    """Digest of what the file of a family holds."""
-    shown = FAMILIES if family == FACADE else (family,)
-    shapes = [
-        (mark, built[mark].identity if mark in built else "")
-        for one in shown
-        for mark in _marks(bare, built, one)
+    asked = design.project
+    if asked.panels is None or asked.beams is None:
+        raise InputError("[connectors]", "join [panels] to [beams]: both are needed")
+    products = [
+        repr([getattr(product, f.name) for f in fields(product)])
+        for product in design.products.values()
     ]
-    classes = [bare.choices[p.mark].cls for p in bare.panels] if "panels" in shown else []
-    fixings: Any = None
-    if "connectors" in shown and bare.connectors:
-        asked = bare.project
-        if asked.panels is None or asked.beams is None:
-            raise InputError("[connectors]", "join [panels] to [beams]: both are needed")
-        products = [
-            repr([getattr(product, f.name) for f in fields(product)])
-            for product in bare.products.values()
-        ]
-        fixings = (products, bare.connectors, asked.panels.thickness, asked.beams.flange)
-    beams = [beam.mark for beam in bare.beams] if "beams" in shown else []
-    return cache.key("model", bare.project.name, shapes, classes, beams, fixings)
+    made_of = (products, asked.panels.thickness, asked.beams.flange)
+    yield _Piece("connectors", (), tuple(design.connectors), products_of(design), made_of)
+
+
+def _write_steps(
+    folder: Folder, name: str, pieces: list[_Piece], jobs: int | None, store: Cache
+) -> None:
+    """The files of all families and of each, unless all are as they were."""
+    from fabgeo.cad.stepjoin import StepJoin
+
+    families = list(dict.fromkeys(piece.family for piece in pieces))
+    files = [f"model/{file}.step" for file in (FACADE, *(families if len(families) > 1 else ()))]
+    key = store.key("model", name, [piece.depends for piece in pieces])
+    taken = [folder.again(file, key) for file in files]
+    if all(taken):
+        return
+    whole, *each = (folder.place(file) for file in files)
+    work = Work("step", _translated, lambda piece: piece.depends, _crashed)
+    with StepJoin(whole, name, dict(zip(families, each, strict=False))) as joined:
+        for piece, data in zip(pieces, results(work, pieces, jobs, store), strict=True):
+            joined.add(piece.family, zlib.decompress(data))
+
+
+def _translated(piece: _Piece) -> bytes:
+    from fabgeo.cad.step import step_bytes
+
+    return zlib.compress(step_bytes(piece.node()), 1)
+
+
+def _crashed(piece: _Piece, reason: str) -> bytes:
+    marks = ", ".join(built.mark for _, built in piece.leaves[:3])
+    raise GeometryError(f"model/{FACADE}.step", f"{piece.family} from {marks}: {reason}")
+
+
+def _write_glb(
+    path: Path, design: Design, leaves: list[Leaf], jobs: int | None, store: Cache
+) -> None:
+    from fabgeo.cad.glb import write_glb
+
+    work = Work("mesh", _meshed, lambda leaf: leaf.part, _no_mesh)
+    meshes = results(work, leaves, jobs, store)
+    nodes = (
+        (leaf, Node(leaf.part.mark, mesh=mesh, colour=leaf.colour, layer=leaf.layer))
+        for leaf, mesh in zip(leaves, meshes, strict=True)
+    )
+    groups = assemblies(nodes)
+    connectors = nodes_of(design)
+    if connectors:
+        groups.append(Node("connectors", children=tuple(connectors)))
+    write_glb(path, Node(design.project.name, children=tuple(groups)))
+
+
+def _meshed(leaf: Leaf) -> Any:
+    return mesh_of(leaf.part)
+
+
+def _no_mesh(leaf: Leaf, reason: str) -> Any:
+    raise GeometryError(leaf.part.mark, f"no picture of it: {reason}")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Any
 
+from fabgeo.arrays import Array, IntArray
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import nodes_of
@@ -70,61 +72,73 @@ def _built(part: Part) -> Built:
         return Built(part.mark, failure=str(error))
 
 
-def tree_of(
-    design: Design,
-    built: dict[str, Built],
-    meshes: bool = False,
-    products: Mapping[str, Node] | None = None,
-) -> Node:
-    """The assembly of the package: panels, cells, walls, beams, connectors (handover.md).
+@dataclass(frozen=True)
+class Leaf:
+    """A part as it stands in the product tree: in its family, in a beam perhaps ("" if not)."""
 
-    With `meshes` plates and cells are triangles from their formulas in place of solids.
-    `products` are the connectors' (`fabgeo.build.fixings.products_of`), where they are made.
-    """
-    node = _meshed if meshes else _solid
-    groups = (
-        Node("panels", children=tuple(_panels(design, built, node))),
-        Node("layers", children=tuple(_parts(design.layers, built, node, "panels"))),
-        Node("cells", children=tuple(_parts(design.cells, built, node, "cells"))),
-        Node("walls", children=tuple(_parts(design.walls, built, node, "walls"))),
-        Node("beams", children=tuple(_beams(design, built, node))),
-        Node("connectors", children=tuple(nodes_of(design, products))),
-    )
-    return Node(design.project.name, children=tuple(g for g in groups if g.children))
+    family: str
+    beam: str
+    part: Part
+    colour: Colour
+    layer: str
 
 
-type _Maker = Callable[[Part, Built, Colour, str], Node]
-
-
-def _panels(design: Design, built: dict[str, Built], node: _Maker) -> Iterator[Node]:
+def leaves_of(design: Design, built: Mapping[str, Built]) -> Iterator[Leaf]:
+    """Plates and cells that have a solid, family by family (handover.md)."""
     for plate in design.panels:
-        if plate.mark in built and built[plate.mark].made:
-            colour = CLASS_COLOURS[design.choices[plate.mark].cls]
-            yield node(plate, built[plate.mark], colour, "panels")
-
-
-def _parts(
-    parts: Sequence[Part], built: dict[str, Built], node: _Maker, family: str
-) -> Iterator[Node]:
-    for part in parts:
-        if part.mark in built and built[part.mark].made:
-            yield node(part, built[part.mark], FAMILY_COLOURS[family], family)
-
-
-def _beams(design: Design, built: dict[str, Built], node: _Maker) -> Iterator[Node]:
+        yield from _made(
+            Leaf("panels", "", plate, CLASS_COLOURS[design.choices[plate.mark].cls], "panels"),
+            built,
+        )
+    groups: tuple[tuple[str, Sequence[Part], str], ...] = (
+        ("layers", design.layers, "panels"),
+        ("cells", design.cells, "cells"),
+        ("walls", design.walls, "walls"),
+    )
+    for family, parts, layer in groups:
+        for part in parts:
+            yield from _made(Leaf(family, "", part, FAMILY_COLOURS[layer], layer), built)
     for beam in design.beams:
-        children = tuple(_parts(beam.plates, built, node, "beams"))
-        if children:
-            yield Node(beam.mark, children=children)
+        for plate in beam.plates:
+            leaf = Leaf("beams", beam.mark, plate, FAMILY_COLOURS["beams"], "beams")
+            yield from _made(leaf, built)
 
 
-def _solid(part: Part, built: Built, colour: Colour, layer: str) -> Node:
-    return Node(part.mark, built.shape(), colour=colour, layer=layer)
+def _made(leaf: Leaf, built: Mapping[str, Built]) -> Iterator[Leaf]:
+    if leaf.part.mark in built and built[leaf.part.mark].made:
+        yield leaf
 
 
-def _meshed(part: Part, built: Built, colour: Colour, layer: str) -> Node:
+def assemblies(leaves: Iterable[tuple[Leaf, Node]]) -> list[Node]:
+    """One assembly a family, beams as assemblies of their own, from leaves with their nodes."""
+    out = []
+    for family, members in groupby(leaves, lambda pair: pair[0].family):
+        children: list[Node] = []
+        for beam, plates in groupby(members, lambda pair: pair[0].beam):
+            nodes = [node for _, node in plates]
+            children += [Node(beam, children=tuple(nodes))] if beam else nodes
+        out.append(Node(family, children=tuple(children)))
+    return out
+
+
+def tree_of(design: Design, built: Mapping[str, Built]) -> Node:
+    """The product tree of the package: panels, cells, walls, beams, connectors (handover.md)."""
+    groups = assemblies(
+        (leaf, solid_node(leaf, built[leaf.part.mark])) for leaf in leaves_of(design, built)
+    )
+    connectors = nodes_of(design)
+    if connectors:
+        groups.append(Node("connectors", children=tuple(connectors)))
+    return Node(design.project.name, children=tuple(groups))
+
+
+def solid_node(leaf: Leaf, built: Built) -> Node:
+    """The part with its exact solid."""
+    return Node(built.mark, built.shape(), colour=leaf.colour, layer=leaf.layer)
+
+
+def mesh_of(part: Part) -> tuple[Array, IntArray]:
+    """Triangles of a part from its formula: vertices and corners."""
     if isinstance(part, Cell):
-        mesh = prism_mesh(part.prism)
-    else:
-        mesh = prism_mesh(plate_prism(part), holes=part.holes)
-    return Node(built.mark, mesh=mesh, colour=colour, layer=layer)
+        return prism_mesh(part.prism)
+    return prism_mesh(plate_prism(part), holes=part.holes)

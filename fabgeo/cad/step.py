@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 import os
 import re
+import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -107,6 +108,18 @@ def write_step(
     return target
 
 
+def step_bytes(root: Node) -> bytes:
+    """The STEP file of a product tree, for `fabgeo.cad.stepjoin` (arguments as `write_step`)."""
+    with tempfile.TemporaryDirectory() as folder:
+        return write_step(Path(folder) / "piece.step", root).read_bytes()
+
+
+def step_text(name: str) -> bytes:
+    """A name as it stands between the quotes of a STEP file."""
+    data = name.replace("'", "''").replace("#", _HASH).encode()
+    return _NOT_ASCII.sub(lambda found: _escape(found[0]), data)
+
+
 def _normalise(path: Path) -> None:
     """Number occurrences from 1, not on from the last file; order styles; escape non-ASCII."""
     count = itertools.count(1)
@@ -121,11 +134,14 @@ def _normalise(path: Path) -> None:
 
 def _escape(letters: bytes) -> bytes:
     r"""Letters as ``\X2\...\X0\`` (``\X4\`` beyond the basic plane): ISO 10303-21, 6.4.3."""
-    text = letters.decode("utf-8")
+    text = letters.decode("utf-8").replace(_HASH, "#")
     wide = max(text) > "\uffff"
     digits = "".join(f"{ord(letter):0{8 if wide else 4}X}" for letter in text)
     return f"\\X{4 if wide else 2}\\{digits}\\X0\\".encode("ascii")
 
+
+_HASH = "\ue023"
+"""Stands for # in names on their way to the file, where # only ever begins a reference."""
 
 _OCCURS = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE("
 _OCCURRENCE = re.compile(rb"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+'([^;]*);")
@@ -196,13 +212,13 @@ class _Document:
         self._dress(component, child.name, own, layer)
 
     def _dress(self, label: TDF_Label, name: str, colour: Colour | None, layer: str) -> None:
-        TDataStd_Name.Set_s(label, kernel.text(name))
+        TDataStd_Name.Set_s(label, kernel.text(name.replace("#", _HASH)))
         if colour is not None:
             rgba = Quantity_ColorRGBA()
             rgba.SetRGB(_srgb(colour))
             self.colours.SetColor(label, rgba, XCAFDoc_ColorType.XCAFDoc_ColorGen)
         if layer:
-            self.layers.SetLayer(label, kernel.text(layer))
+            self.layers.SetLayer(label, kernel.text(layer.replace("#", _HASH)))
 
 
 def _srgb(colour: Colour) -> Quantity_Color:

@@ -3,9 +3,9 @@
     python tests/benchmarks/bench_scale.py 36 144 506      # default; 3600 takes long
     python tests/benchmarks/bench_scale.py --jobs 2 506
 
-The roof is a torus with waves, every panel different, conical, with cells and beams. It is as
-large as its panels of about 1.5 x 2 m make it (90 x 120 m at 3,600). CPU seconds are of all
-processes, so that a busy machine does not blur them.
+The roof is that of fixtures/hall (conical, every panel different, with cells, beams and fixings),
+as large as its panels of about 1.5 x 2 m make it. CPU seconds are of all processes, so that a busy
+machine does not blur them.
 """
 
 from __future__ import annotations
@@ -19,53 +19,25 @@ import sys
 import tempfile
 from pathlib import Path
 
-ROOF = """
-name = "Roof of {panels} panels"
-[surface]
-unit = "m"
-u = [-0.30, 0.30]
-v = [-0.45, 0.45]
-x = "{size}*(1 + r*cos(v)) * sin(u)"
-y = "{size}*r * sin(v)"
-z = "{size}*(1 + r*cos(v)) * cos(u) - 1.8*{size}"
-[surface.define]
-r = "1 + 0.006*sin(5*u + 1)*cos(4*v)"
-[strips]
-kind = "conical"
-count = {strips}
-start = "iso"
-direction = "v"
-segments = 12
-[panels]
-count = {cuts}
-joint = 8.0
-tolerance = 5.0
-[cells]
-depth = -200.0
-[beams]
-depth = 160.0
-standoff = 60.0
-flange_width = 120.0
-[nesting]
-seconds = {seconds}
-[[stock]]
-material = "aluminium"
-length = 4000.0
-width = 2000.0
-[[stock]]
-material = "steel"
-length = 12000.0
-width = 2500.0
-"""
+HALL = Path(__file__).resolve().parents[2] / "fixtures/hall/project.toml"
+SIDE = 60  # strips of the hall, and panels a strip
+SIZE = 100  # its radius in metres
 
 
 def roof(panels: int, seconds: float) -> str:
-    """Project of a roof of about as many panels."""
+    """The hall's project with about as many panels of the same size, in a part of its curvature."""
     strips = max(3, round(math.sqrt(panels)))
     cuts = max(1, round(panels / strips))
-    return ROOF.format(
-        panels=strips * cuts, strips=strips, cuts=cuts, size=strips / 0.6, seconds=seconds
-    )
+    text = HALL.read_text()
+    for old, new in (
+        ('size = "100"', f'size = "{SIZE * strips / SIDE:g}"'),
+        ("count = 60\nsegments", f"count = {strips}\nsegments"),
+        ("count = 60 ", f"count = {cuts} "),
+        ("seconds = 240.0", f"seconds = {seconds:g}"),
+    ):
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
 
 
 def measure(project: str, out: str, jobs: int) -> None:
