@@ -86,9 +86,13 @@ def test_the_file_of_one_assembly_has_it_as_root(cells, tmp_path):
 
 
 def test_nothing_is_left_of_a_file_that_fails(cells, tmp_path):
-    with pytest.raises(InputError, match="root"), StepJoin(tmp_path / "x.step", "x") as file:
-        file.add("cells", step_bytes(Node("cells", children=(cells[0],))))
-        file.add("cells", b"DATA;\nnothing\n")
-    with pytest.raises(InputError, match="no part"), StepJoin(tmp_path / "x.step", "x"):
-        pass
+    def broken(*pieces: bytes) -> None:
+        with StepJoin(tmp_path / "x.step", "x") as file:
+            for piece in pieces:
+                file.add("cells", piece)
+
+    with pytest.raises(InputError, match="root"):
+        broken(step_bytes(Node("cells", children=(cells[0],))), b"DATA;\nnothing\n")
+    with pytest.raises(InputError, match="no part"):
+        broken()
     assert list(tmp_path.iterdir()) == []
