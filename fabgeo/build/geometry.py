@@ -76,6 +76,8 @@ class Design:
         What choosing panels together saves, and at most could.
     remarks : tuple of str
         What was measured of a structure of two layers.
+    tradeoff : tuple of mappings
+        Panel classes over the tolerance, where a package is built.
     """
 
     project: Project
@@ -98,6 +100,7 @@ class Design:
     trims: Trims | None = None
     saved: str = ""
     remarks: tuple[str, ...] = ()
+    tradeoff: tuple[Mapping[str, float], ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -71,6 +71,8 @@ def record_of(
         history=tuple(design.fit.history),
         seconds=seconds,
         deviation=deviation_map(design),
+        tradeoff=design.tradeoff,
+        remarks=design.notes,
         not_asked=not_asked,
         materials={
             name: {"name": name, "density_kg_m3": project.material(name).density}

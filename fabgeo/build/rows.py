@@ -27,6 +27,7 @@ type Places = dict[str, tuple[str, float]]
 
 CUBIC_METRE = 1e9
 SQUARE_METRE = 1e6
+PLAIN_RADIUS = 1e8  # mm: over 10 m it rises by 0.1 mm
 
 
 def places_of(nests: list[Nest]) -> Places:
@@ -70,6 +71,7 @@ def panel_rows(
             "kink_edge": plate.shared.get(choice.kink_edge, choice.kink_edge),
             "gap_max_mm": choice.gap_mm,
             "gap_edge": plate.shared.get(choice.gap_edge, choice.gap_edge),
+            "flange_mm": choice.flange_mm,
             "twist_max_deg": own.get("twist_max_deg"),
             "forming": choice.forming,
             "connectors": count.get(plate.mark, 0) if design.connectors else None,
@@ -104,8 +106,10 @@ def plate_rows(
                 "mark": plate.mark,
                 "parent": plate.parent,
                 "role": plate.role,
-                "radius_min_mm": finite(least),
-                "radius_max_mm": finite(largest),
+                "radius_min_mm": bent(least),
+                "radius_max_mm": bent(largest),
+                "bevel_start_mm": plate.bevel[0] or None,
+                "bevel_end_mm": plate.bevel[1] or None,
                 "camber_mm": camber_of(flats.get(plate.mark)),
                 **_plate_row(design.project, plate, flats, built, places),
             }
@@ -158,6 +162,8 @@ def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
                 "length_mm": beam.info.get("length"),
                 "depth_min_mm": beam.info.get("depth_min"),
                 "depth_max_mm": beam.info.get("depth_max"),
+                "groove_deg": beam.info.get("bevel_deg"),
+                "weld_gap_mm": beam.info.get("weld_gap"),
                 "plates": len(beam.plates),
                 "mass_kg": mass,
                 **_centre(centre),
@@ -285,6 +291,11 @@ def axis_text(axis: Array | None) -> str:
         return ""
     point, direction = np.asarray(axis)
     return " ".join(f"{v:.2f}" for v in point) + "; " + " ".join(f"{v:.8f}" for v in direction)
+
+
+def bent(radius: float) -> float | None:
+    """None for a radius that a plate of any length shows nothing of."""
+    return float(radius) if radius < PLAIN_RADIUS else None
 
 
 def finite(value: float) -> float | None:

@@ -19,6 +19,7 @@ from fabgeo.build.flats import flats_of, refuse_oversize
 from fabgeo.build.folder import open_folder
 from fabgeo.build.geometry import (
     Design,
+    inputs_of,
     lanes_of,
     layers_of,
     pair_of,
@@ -26,6 +27,7 @@ from fabgeo.build.geometry import (
     patches_of,
     structure_of,
 )
+from fabgeo.build.giving import given_way
 from fabgeo.build.materials import in_materials
 from fabgeo.build.mixed import crossed_by, straightened
 from fabgeo.build.model import fit_of, outwards, start_of
@@ -103,6 +105,11 @@ def design(
             _fitted_to(project, wanted, initial, base),
             partial(fit_of, project, initial, clock),
         )
+        fitted, bought = cache.once(
+            "give",
+            (fitted.model, _panelled(project, fitted.model, ()), project.strips.model_dump()),
+            partial(given_way, project, initial, fitted, clock, jobs),
+        )
         model = outwards(fitted.model)
     with clock.stage("panels"):
         lanes = lanes_of(project, model)
@@ -114,7 +121,7 @@ def design(
         )
         layers = layers_of(project, lanes, patches)
     made = Design(project, wanted, initial, fitted, model, lanes, patches, panels, choices, layers)
-    made = replace(made, saved=saved)
+    made = replace(made, saved="; ".join(filter(None, [bought, saved])))
     if trims_panels(project, initial):
         with clock.stage("trim"):
             made = trimmed(made)
@@ -182,6 +189,8 @@ def build_package(
             jobs=jobs,
             fixing=fixing,
         )
+        with clock.stage("classes"):
+            made = replace(made, tradeoff=_tradeoff(made, cache))
         with clock.stage("unfold", len(made.plates)):
             flats = flats_of(made.project, made.plates, jobs, clock, cache)
             refuse_oversize(made.project, made.plates, flats)
@@ -193,6 +202,15 @@ def build_package(
         package = write_package(folder, made, flats, nests, built, clock, jobs, cache)
         cache.prune()
         return package
+
+
+def _tradeoff(made: Design, cache: Cache) -> tuple[Mapping[str, float], ...]:
+    """Panel classes over the tolerance, for the page's plot."""
+    from fabgeo.panels.tradeoff import by_deviation
+
+    inputs = inputs_of(made.project, made.lanes, made.patches)
+    key = _panelled(made.project, made.lanes, made.patches)
+    return cache.once("tradeoff", key, lambda: tuple(by_deviation(inputs)))
 
 
 def _fitted_to(

@@ -8,12 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
+from fabgeo.panels.candidates import measured, targets_of
 from fabgeo.panels.choose import choose
 from fabgeo.panels.classify import PanelChoice
+from fabgeo.panels.fit_shape import fit, start
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.pool import CLASSES
-from fabgeo.panels.samples import PanelInput
+from fabgeo.panels.samples import PanelInput, sample
+
+DEVIATIONS_MM = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+NORMS = (2.0, 4.0, 16.0)  # of a closest shape's fit, one after the other
 
 # One colour a class, told apart by colour-blind eyes (Okabe and Ito).
 _COLOURS = ("#009E73", "#56B4E9", "#E69F00", "#CC79A7")
@@ -86,6 +91,38 @@ def trade_off(
                 gap_max_mm=max((p.gap_mm for p in found.panels), default=0.0),
                 kink_max_deg=max((p.kink_added_deg for p in found.panels), default=0.0),
             )
+
+
+def by_deviation(
+    panels: Sequence[PanelInput],
+    deviations_mm: Sequence[float] = DEVIATIONS_MM,
+    tolerances: Tolerances | None = None,
+) -> list[dict[str, float]]:
+    """How many panels each class would have over the tolerance, every panel by itself.
+
+    A panel counts to the simplest class whose closest shape is within the tolerance anywhere:
+    neighbours, gaps and kinks are left out of it, so that it takes one fit a class.
+
+    Returns
+    -------
+    list of dict
+        A row a tolerance: "tolerance_mm" and a count for each class.
+    """
+    if not panels:
+        return []
+    limits = tolerances or Tolerances()
+    samples, everyone = sample([panel.patch for panel in panels]), np.arange(len(panels))
+    targets = targets_of(samples, 1.0, None, None, np.ones((len(panels), 1)))
+    off = []
+    for kind, name in enumerate(CLASSES[:-1]):
+        near = fit(targets, start(samples, name), name, samples.size, NORMS)
+        off.append(measured(everyone, kind, near, samples, limits).deviation)
+    rows = []
+    for tolerance in deviations_mm:
+        within = np.array([*(np.array(off) <= tolerance), np.ones(len(panels), dtype=bool)])
+        counts = np.bincount(within.argmax(axis=0), minlength=len(CLASSES)).tolist()
+        rows.append({"tolerance_mm": tolerance, **dict(zip(CLASSES, counts, strict=True))})
+    return rows
 
 
 def distinct_radii(panels: Sequence[PanelChoice]) -> int:

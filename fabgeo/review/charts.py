@@ -12,7 +12,7 @@ from fabgeo.review.record import DeviationMap, Limit, ReviewRecord, Row
 from fabgeo.review.verdicts import verdict_of
 
 W, H = 360.0, 190.0
-LEFT, RIGHT, TOP, BOTTOM = 46.0, 12.0, 14.0, 34.0
+LEFT, RIGHT, TOP, BOTTOM = 46.0, 22.0, 14.0, 34.0
 
 
 class Axes:

@@ -25,7 +25,7 @@ from fabgeo.review.check_work import each
 from fabgeo.review.dxf_text import Drawing, read_drawing
 from fabgeo.review.findings import Findings
 from fabgeo.review.flat_holes import openings_off
-from fabgeo.review.flat_match import Match, match, refold
+from fabgeo.review.flat_match import Match, is_mirrored, match, refold
 from fabgeo.review.measured import FlatFile, Measured
 from fabgeo.review.package import WrittenPackage, number
 from fabgeo.review.solid_plate import SolidPlate, shape_area
@@ -48,8 +48,11 @@ def check_flats(package: WrittenPackage, measured: Measured, findings: Findings)
     expected = set(package.cut_rows) if asked else set()
     for mark in sorted(expected - set(package.part_files)):
         findings.add(mark, "cut/parts file", "present", "missing", _name(mark))
+    outwards = package.outwards
     drawn = [
-        _Drawn(mark, path, package.cut_rows.get(mark), measured.plates.get(mark))
+        _Drawn(
+            mark, path, package.cut_rows.get(mark), measured.plates.get(mark), outwards.get(mark)
+        )
         for mark, path in package.part_files.items()
     ]
     each(partial(_drawing, package), drawn, package.jobs, measured, findings)
@@ -66,6 +69,7 @@ class _Drawn:
     path: Path
     row: dict[str, str] | None
     plate: SolidPlate | None
+    up: Array | None
 
 
 def _name(mark: str) -> str:
@@ -94,7 +98,7 @@ def _drawing(package: WrittenPackage, part: _Drawn, measured: Measured, findings
     _bends(flat, bends, findings, name)
     if part.plate is not None:
         tolerance = float(package.setting("cutting", "tolerance", 0.05))
-        _against_solid(flat, part.plate, bends, tolerance, measured, findings, name)
+        _against_solid(flat, part, part.plate, bends, tolerance, measured, findings, name)
 
 
 def flat_file(
@@ -164,7 +168,8 @@ def _row(
     if holes is not None:
         findings.near(flat.mark, "holes in the drawing", holes, len(flat.holes), 0.0, name)
     size = np.ptp(flat.outline, axis=0)
-    for key, found in (("flat_length_mm", size[0]), ("flat_width_mm", size[1])):
+    prefix = "flat_" if "flat_length_mm" in row else ""
+    for key, found in ((f"{prefix}length_mm", size[0]), (f"{prefix}width_mm", size[1])):
         value = number(row, key)
         if value is not None:
             findings.near(flat.mark, key, value, float(found), 0.12, name)
@@ -172,6 +177,7 @@ def _row(
 
 def _against_solid(
     flat: FlatFile,
+    part: _Drawn,
     plate: SolidPlate,
     bends: list[dict[str, str]],
     tolerance: float,
@@ -181,10 +187,12 @@ def _against_solid(
 ) -> None:
     mark = flat.mark
     findings.near(mark, "holes in the solid", len(flat.holes), len(plate.openings), 0.0, name)
-    found: Match | None = match(flat.outline, plate, flat.rims)
+    found: Match | None = match(flat.outline, plate, flat.rims, part.up)
     if found is None:
         findings.add(mark, "outline", "corners as on its solid", "others", name)
         return
+    if is_mirrored(plate, found, part.up):
+        findings.add(mark, "outline", "seen from outside", "mirrored", name)
     measured.edge_errors[mark] = found.length_errors
     worst = float(np.abs(found.length_errors).max())
     measured.worst("edge_length_error_mm", worst)

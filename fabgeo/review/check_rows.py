@@ -10,13 +10,16 @@ from fabgeo.arrays import Array, cross, unit
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
-from fabgeo.review.solid_plate import SolidPlate
+from fabgeo.review.solid_plate import SolidPlate, polyline_length
 
+CENTRE = "centre of gravity"
 MASS = 5e-4  # relative
-CENTRE = 0.15  # mm, the columns carry one decimal
+PLACE = 0.15  # mm, the columns carry one decimal
 RADIUS = 0.01  # relative
 CURVATURE = 2e-7  # 1/mm: what a nearly flat plate's curvature is measured to
 TWIST = 0.003  # degrees
+DEPTH = 1.0  # mm: a beam's depth over its web's rulings and flanges
+SHAPED = {"half_angle_deg": ("cone",)}  # columns that panels of some classes have
 FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
 
 
@@ -66,9 +69,9 @@ def _centre(mark: str, row: dict[str, str], centre: Array, findings: Findings) -
     known = [value for value in stated if value is not None]
     if len(known) == 3:
         away = float(np.linalg.norm(np.array(known) - centre))
-        if not away <= CENTRE:
+        if not away <= PLACE:
             words = " ".join(f"{v:.1f}" for v in centre)
-            findings.add(mark, "centre of gravity", words, " ".join(f"{v:.1f}" for v in known))
+            findings.add(mark, CENTRE, words, " ".join(f"{v:.1f}" for v in known))
 
 
 def _bent(
@@ -98,6 +101,10 @@ def _bent(
     if high is not None and 0.0 < high < FLAT_RADIUS and kind in ("cylinder", "cone"):
         findings.near(mark, "radius_max_mm of its solid", float(radii.max()), high,
                       _within(radii.max()))  # fmt: skip
+    for key, kinds in SHAPED.items():
+        if row.get("class") and bool((row.get(key) or "").strip()) != (kind in kinds):
+            words = "stated" if kind in kinds else f"none for class {kind}"
+            findings.add(mark, key, words, row.get(key) or "none")
     if kind in ("flat", "cylinder", "cone"):
         _class(package, mark, kind, row, plate, unit(first + second), findings)
 
@@ -158,10 +165,38 @@ def _beams(package: WrittenPackage, measured: Measured, findings: Findings) -> N
             findings.near(mark, "plates in plates.csv", len(own), count, 0.0)
         if mass is not None and own:
             findings.near(mark, "mass_kg of its plates", sum(masses), mass, 1e-3 * sum(masses))
+        _section(mark, row, own, measured, findings)
         marks = [plate.get("mark", "") for plate in own]
         if own and sum(masses) > 0.0 and all(m in measured.centres for m in marks):
             centres = np.array([measured.centres[m] for m in marks])
             _centre(mark, row, np.array(masses) @ centres / sum(masses), findings)
+
+
+def _section(
+    mark: str,
+    row: dict[str, str],
+    own: list[dict[str, str]],
+    measured: Measured,
+    findings: Findings,
+) -> None:
+    """Length and depth of a beam by its web: rulings and what the flanges add to them at most."""
+    webs = [measured.plates.get(plate.get("mark", "")) for plate in own
+            if plate.get("role") == "web"]  # fmt: skip
+    if len(webs) != 1 or webs[0] is None or webs[0].rails() is None:
+        return
+    first, second = webs[0].four_sided
+    rulings = np.linalg.norm(second - first, axis=1)
+    flanges = [number(plate, "thickness_mm") or 0.0 for plate in own if plate.get("role") != "web"]
+    for key, least in (("depth_min_mm", rulings.min()), ("depth_max_mm", rulings.max())):
+        depth = number(row, key)
+        if depth is not None and not least - DEPTH <= depth <= least + sum(flanges) + DEPTH:
+            words = f"{least:.2f} to {least + sum(flanges):.2f}"
+            findings.add(mark, f"{key} of its web and flanges", words, depth)
+    length = number(row, "length_mm")
+    rails = [polyline_length(rail) for rail in (first, second)]
+    if length is not None and not 0.95 * min(rails) <= length <= 1.05 * max(rails):
+        words = f"near {min(rails):.1f} to {max(rails):.1f}"
+        findings.add(mark, "length_mm of its web", words, length)
 
 
 def _cells(package: WrittenPackage, measured: Measured, findings: Findings) -> None:

@@ -22,6 +22,8 @@ from fabgeo.review.solid_plate import shape_area
 
 SLACK = 0.03  # mm: what a distance may fall short (arcs are measured by chords)
 HOLE = 0.05  # mm: a hole on a sheet against the part's own file
+CUT = 1e-4  # relative: length of all contours
+MASS = 2e-3  # relative: solids of bent plates weigh a little else than flat ones
 COPY = 0.06  # mm: an outline on a sheet against the part's own file
 
 
@@ -101,7 +103,10 @@ def _sheet(
         _holes(holes, mark, polygons[-1], flat, motion, findings, name)
     outline = stock[0].points()
     _apart(package, marks, polygons, outline, findings, name)
-    measured.sheets[name] = SheetFile(tuple(marks), used, shape_area(outline))
+    rims = [shapely.LinearRing(rim).length for rim in hole_rims(package, drawing)]
+    cut = sum(rims) + sum(polygon.length for polygon in polygons)
+    pierces = len(rims) + len(polygons)
+    measured.sheets[name] = SheetFile(tuple(marks), used, shape_area(outline), cut, pierces)
 
 
 def _named_outlines(
@@ -261,7 +266,29 @@ def _row(package: WrittenPackage, name: str, sheet: SheetFile, findings: Finding
             findings.add(mark, f"marks in sheets.csv of {name}", *words)
         if share is not None and sheet.whole:
             findings.near(name, "utilisation in sheets.csv", sheet.used / sheet.whole, share, 2e-4)
+        cut, pierces = number(row, "cut_length_mm"), number(row, "pierces")
+        if cut is not None:
+            findings.near(name, "cut_length_mm in sheets.csv", sheet.cut, cut, 1.0 + CUT * cut)
+        if pierces is not None:
+            findings.near(name, "pierces in sheets.csv", sheet.pierces, pierces, 0.0)
+        _weights(package, row, name, sheet, findings)
         size = [number(row, "length_mm"), number(row, "width_mm")]
         if size[0] is not None and size[1] is not None:
             area = size[0] * size[1]
             findings.near(name, "area of the stock in mm2", sheet.whole, area, 1e-6 * area)
+
+
+def _weights(
+    package: WrittenPackage, row: dict[str, str], name: str, sheet: SheetFile, findings: Findings
+) -> None:
+    """Mass of a sheet's parts by their own rows; of the sheet by what its parts weigh."""
+    parts, whole = number(row, "parts_mass_kg"), number(row, "sheet_mass_kg")
+    masses = [number(package.cut_rows.get(mark, {}), "mass_kg") for mark in sheet.marks]
+    known = [mass for mass in masses if mass is not None]
+    if parts is None or len(known) != len(masses) or not sheet.used:
+        return
+    total = sum(known)
+    findings.near(name, "parts_mass_kg in sheets.csv", total, parts, MASS * total + 0.01)
+    if whole is not None:
+        expected = total * sheet.whole / sheet.used
+        findings.near(name, "sheet_mass_kg in sheets.csv", expected, whole, MASS * expected + 0.01)

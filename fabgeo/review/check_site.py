@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import partial
 
 import numpy as np
@@ -22,7 +21,7 @@ NORMAL = 0.1  # degrees
 BOX = 0.02  # of a box's size: it is searched over other points here
 BOX_MM = 5.0
 
-type Row = Mapping[str, str]
+type Row = dict[str, str]
 
 
 def check_site(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -34,27 +33,22 @@ def check_site(package: WrittenPackage, measured: Measured, findings: Findings) 
 
 def _points(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """Every panel corner, beam node and connector once, where its solid or its row is."""
-    path = package.folder / "setout" / "points.csv"
-    own: dict[str, list[Row]] = defaultdict(list)
-    if path.is_file():
-        with path.open(encoding="utf-8", newline="") as stream:
-            for row in csv.DictReader(stream):
-                own[row.get("mark", "")].append(row)
+    own = package.setout
     tables = package.tables
     for mark in _marks(tables["panels"]):
         plate = measured.plates.get(mark)
         if plate is not None:
-            _at_corners(mark, own[mark], plate.corners, len(plate.corners), findings)
-            _normals(mark, own[mark], plate, findings)
+            _at_corners(mark, own.get(mark, []), plate.corners, len(plate.corners), findings)
+            _normals(mark, own.get(mark, []), plate, findings)
     for mark in _marks(tables["beams"]):
         webs = [plate for key, plate in measured.plates.items() if key.startswith(f"{mark}-WEB")]
         if webs:  # one, or pieces from seam to seam
             corners = np.concatenate([web.corners for web in webs])
-            _at_corners(mark, own[mark], corners, 2, findings)
+            _at_corners(mark, own.get(mark, []), corners, 2, findings)
     for row in tables["connectors"]:
         mark, centre = row.get("mark", ""), _vector(row, "x_mm", "y_mm", "z_mm")
         if np.isfinite(centre).all():
-            _at_corners(mark, own[mark], centre[None], 1, findings)
+            _at_corners(mark, own.get(mark, []), centre[None], 1, findings)
         if mark in measured.frames:
             _fixing(mark, row, centre, measured.frames[mark], findings)
 

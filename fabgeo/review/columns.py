@@ -33,20 +33,21 @@ def _columns(text: str) -> tuple[Column, ...]:
 PANELS = _columns(
     "mark strip:0 cell:0 class radius_min_mm:1 radius_max_mm:1 half_angle_deg:3 axis_or_apex "
     "fit_deviation_mm:4 surface_deviation_mm:3 kink_max_deg:4 kink_added_deg:4 "
-    "kink_edge gap_max_mm:4 gap_edge twist_max_deg:5 developability_mm:5 material thickness_mm:2 "
-    "flat_length_mm:2 flat_width_mm:2 area_m2:6 mass_kg:3 cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 "
-    "holes:0 connectors:0 sheet sheet_rotation_deg:3 forming verdict reason "
-    "box_length_mm:1 box_width_mm:1 box_height_mm:1 transport erection_order:0"
+    "kink_edge gap_max_mm:4 gap_edge flange_mm:4 twist_max_deg:5 developability_mm:5 "
+    "material thickness_mm:2 flat_length_mm:2 flat_width_mm:2 area_m2:6 mass_kg:3 "
+    "cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 holes:0 connectors:0 sheet sheet_rotation_deg:3 "
+    "forming verdict reason box_length_mm:1 box_width_mm:1 box_height_mm:1 "
+    "transport erection_order:0"
 )
 PLATES = _columns(
     "mark parent role length_mm:2 width_mm:2 thickness_mm:2 area_m2:6 mass_kg:3 material "
     "radius_min_mm:1 radius_max_mm:1 camber_mm:2 sheet sheet_rotation_deg:3 holes:0 "
-    "verdict reason"
+    "verdict reason cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 bevel_start_mm:2 bevel_end_mm:2"
 )
 BEAMS = _columns(
     "mark edge:0 length_mm:2 depth_min_mm:2 depth_max_mm:2 plates:0 mass_kg:3 "
     "cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 box_length_mm:1 box_width_mm:1 box_height_mm:1 transport "
-    "erection_order:0 verdict reason"
+    "erection_order:0 verdict reason groove_deg:1 weld_gap_mm:2"
 )
 CELLS = _columns(
     "mark strip:0 cell:0 volume_m3:6 cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 "

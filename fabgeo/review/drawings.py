@@ -167,7 +167,7 @@ def _title(
         fields += [("Length", f"{_figure(row.get('length_mm'), 1)} mm")]
     fields += [
         ("Mass", f"{_figure(row.get('mass_kg'), 2)} kg"),
-        ("Sheet", row.get("sheet") or "–"),
+        ("Sheet", str(row.get("sheet") or "–").rsplit("/", 1)[-1]),
         ("Verdict", row.get("verdict") or "–"),
         ("Scale", f"1 : {scale:g}"),
         ("Page", number),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, cross
 from fabgeo.review.flat_holes import openings_off
 from fabgeo.review.measured import FlatFile
 from fabgeo.review.rings import distances
@@ -48,13 +48,16 @@ class Match:
     rails: tuple[Array, Array] | None = None
 
 
-def match(outline: Array, plate: SolidPlate, rims: Sequence[Array] = ()) -> Match | None:
+def match(
+    outline: Array, plate: SolidPlate, rims: Sequence[Array] = (), up: Array | None = None
+) -> Match | None:
     """The best of all ways to lay the solid's edges along the outline; None: no corner fits.
 
     Sharp corners of the solid lie at corners of the outline. Where edges of the solid meet
     smoothly, as at the tip of a panel that is cut along a boundary, the outline shows no corner:
     the edges on both sides share the length between the sharp corners around them. An outline with
-    an axis of symmetry is laid as its holes (their contours: `rims`) are.
+    an axis of symmetry is laid as its holes (their contours: `rims`) are, and seen from the side
+    that `up` (3,) points to.
     """
     arc, length = _arcs(outline)
     corners = np.flatnonzero(_turns(outline) > CORNER)
@@ -84,14 +87,25 @@ def match(outline: Array, plate: SolidPlate, rims: Sequence[Array] = ()) -> Matc
     compared = [_compared(outline, plate, m) for m in close]
     away = [m.away if m.away is not None else 0.0 for m in compared]
     alike = [m for m, own in zip(compared, away, strict=True) if own <= min(away) + ALIKE]
-    if len(alike) < 2 or not rims or not plate.openings:
+    if len(alike) < 2:
         return compared[int(np.argmin(away))]
-    return min(alike, key=lambda m: _holes_off(plate, m, rims))
+    return min(alike, key=lambda m: (_holes_off(plate, m, rims), is_mirrored(plate, m, up)))
 
 
 def _holes_off(plate: SolidPlate, m: Match, rims: Sequence[Array]) -> float:
-    off = [] if m.rails is None else openings_off(plate, m.rails, rims)
-    return max((away for away, _ in off), default=0.0)
+    """How far holes are off, in steps that tell one way to lay an outline from another."""
+    off = [] if m.rails is None or not rims else openings_off(plate, m.rails, rims)
+    return max((round(away / ALIKE) for away, _ in off), default=0)
+
+
+def is_mirrored(plate: SolidPlate, m: Match, up: Array | None) -> bool:
+    """Whether the outline is the part seen from the side that `up` points away from."""
+    if m.rails is None or up is None:
+        return False
+    (a, b), (flat_a, flat_b) = plate.four_sided, m.rails
+    space = float(cross(a[-1] - a[0], b[0] - a[0]) @ up)
+    along, across = flat_a[-1] - flat_a[0], flat_b[0] - flat_a[0]
+    return space * float(along[0] * across[1] - along[1] * across[0]) < 0.0
 
 
 def _around(sites: Array, values: Array, plate: SolidPlate) -> tuple[Array, Array]:

@@ -37,11 +37,16 @@ class FlatFile:
 
 @dataclass(frozen=True)
 class SheetFile:
-    """One nested sheet in numbers: marks on it, net area of its parts, area of its stock, mm2."""
+    """One nested sheet in numbers: marks on it, net area of its parts, area of its stock, mm2.
+
+    `cut` is the length of all its contours in mm, `pierces` their number.
+    """
 
     marks: tuple[str, ...]
     used: float
     whole: float
+    cut: float
+    pierces: int
 
 
 @dataclass

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.review.manifest import NAME
 
@@ -100,6 +104,28 @@ class WrittenPackage:
     def part_files(self) -> dict[str, Path]:
         """cut/parts/<mark>.dxf by mark."""
         return {p.stem: p for p in sorted((self.folder / "cut" / "parts").glob("*.dxf"))}
+
+    @cached_property
+    def setout(self) -> dict[str, list[dict[str, str]]]:
+        """Rows of setout/points.csv by mark."""
+        own: dict[str, list[dict[str, str]]] = defaultdict(list)
+        path = self.folder / "setout" / "points.csv"
+        if path.is_file():
+            with path.open(encoding="utf-8", newline="") as stream:
+                for row in csv.DictReader(stream):
+                    own[row.get("mark", "")].append(row)
+        return own
+
+    @property
+    def outwards(self) -> dict[str, Array]:
+        """Mean outward direction (3,) of every part with points in setout/points.csv."""
+        found = {}
+        for mark, rows in self.setout.items():
+            values = [[number(row, key) for key in ("nx", "ny", "nz")] for row in rows]
+            known = [value for value in values if None not in value]
+            if known:
+                found[mark] = np.array(known, dtype=float).mean(axis=0)
+        return found
 
     @cached_property
     def sheet_files(self) -> list[Path]:

@@ -165,12 +165,17 @@ def _head(record: ReviewRecord, review: dict[str, Any]) -> str:
     """Verdict summary: counts by verdict and the worst parts with their reasons."""
     parts = review["parts"]
     whole = {k: own for k, own in package_verdicts(review).items() if own[0] in ("warn", "fail")}
-    broken = [key for key, (verdict, _) in whole.items() if verdict == "fail"]
+    labels = {limit.key: limit.label or limit.key for limit in record.limits}
+    broken = [labels.get(key, key) for key, (verdict, _) in whole.items() if verdict == "fail"]
     counts = {key: sum(p["verdict"] == key for p in parts.values()) for key in palette.SIGNS}
     worst = "fail" if counts["fail"] or broken else "warn" if counts["warn"] else "good"
     words = {
-        "fail": f"{counts['fail']} of {len(parts)} parts fail a limit"
-        + (f"; over the whole package {', '.join(broken)}" if broken else ""),
+        "fail": (
+            f"{counts['fail']} of {len(parts)} parts fail a limit"
+            if counts["fail"]
+            else "No part fails, but the package does"
+        )
+        + (f": {'; '.join(broken)}" if broken else ""),
         "warn": f"No part fails; {counts['warn']} of {len(parts)} parts carry a warning",
         "good": "All figures are within their limits"
         if counts["good"]
@@ -194,11 +199,13 @@ def _head(record: ReviewRecord, review: dict[str, Any]) -> str:
     )
     more = f"<p class=note>and {len(bad) - 60} more: filter the tables.</p>" if bad[60:] else ""
     why = f'<ul class="reasons">{lines}</ul>{more}' if lines else ""
+    remarks = "".join(f"<li>{svg.text(remark)}</li>" for remark in record.remarks)
+    known = f'<div class="remarks"><h3>Remarks</h3><ul>{remarks}</ul></div>' if remarks else ""
     asked = ", ".join(record.not_asked)
     absent = f"<p class=note>Not asked for: {svg.text(asked)}.</p>" if asked else ""
     return (
         f'<div class="verdict {worst}"><h2>{palette.SIGNS[worst]} {words[worst]}</h2>'
-        f'<div class="tiles">{tiles}</div>{why}{absent}</div>'
+        f'<div class="tiles">{tiles}</div>{why}{known}{absent}</div>'
     )
 
 

@@ -190,6 +190,8 @@ class ReviewRecord:
     deviation : DeviationMap, optional
     tradeoff : tuple of Row
         Panel classes over tolerance: "tolerance_mm" and one count per class.
+    remarks : tuple of str
+        What people should know of the model besides the figures, a sentence each.
     not_asked : tuple of str
         Stages or outputs the project did not ask for.
     materials : mapping of material key to mapping
@@ -216,6 +218,7 @@ class ReviewRecord:
     seconds: Mapping[str, float] = field(default_factory=dict)
     deviation: DeviationMap | None = None
     tradeoff: tuple[Row, ...] = ()
+    remarks: tuple[str, ...] = ()
     not_asked: tuple[str, ...] = ()
     materials: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 

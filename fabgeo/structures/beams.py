@@ -149,8 +149,10 @@ def _segment(
     cut = (cuts[0], cuts[1])
     body = _body(line, rule, (ends[0], ends[1]), cut, tolerance, mark)
     info = _info(line, ends[0], ends[1], body)
-    if rule.bevel > 0.0 and any(cut):
-        info["bevel_deg"], info["weld_gap"] = rule.bevel, rule.gap
+    if any(cut):
+        info["weld_gap"] = rule.gap
+        if rule.bevel > 0.0:
+            info["bevel_deg"] = rule.bevel
     return Beam(mark, line.edge, ends[0], ends[1], (*body, *plates), info)
 
 

@@ -119,6 +119,146 @@ def smooth_edge(folder: Path) -> None:
     faults.cell(folder, "panels", faults.A, "kink_max_deg", lambda v: f"{float(v) - 1.5:.4f}")
 
 
+def part_points(text: str, mark: str) -> set[str]:
+    """Numbers of the 3D points that a product's solid is made of."""
+    entities = dict(re.findall(r"^#(\d+) ?= ?((?:.|\n)*?);$", text, re.MULTILINE))
+    shape = next(
+        own for own in entities.values()
+        if own.startswith("ADVANCED_BREP_SHAPE_REPRESENTATION")
+        and any(mark in e for e in _above(entities, own))
+    )  # fmt: skip
+    seen: set[str] = set()
+    waiting = [n for n in re.findall(r"#(\d+)", shape) if "BREP" in entities[n]]
+    while waiting:
+        number = waiting.pop()
+        if number not in seen:
+            seen.add(number)
+            waiting += re.findall(r"#(\d+)", entities[number])
+    return {n for n in seen if entities[n].startswith("CARTESIAN_POINT")
+            and entities[n].count(",") == 3}  # fmt: skip
+
+
+def _above(entities: dict[str, str], shape: str) -> list[str]:
+    """The products that a shape belongs to."""
+    own = next(n for n, e in entities.items() if e is shape)
+    for entity in entities.values():
+        if entity.startswith("SHAPE_DEFINITION_REPRESENTATION") and f"#{own})" in entity:
+            chain = [re.findall(r"#(\d+)", entity)[0]]
+            for _ in range(3):
+                chain.append(re.findall(r"#(\d+)", entities[chain[-1]])[0])
+            return [entities[chain[-1]]]
+    return []
+
+
+def moved_solid(mark: str, by: float) -> Callable[[Path], None]:
+    def fault(folder: Path) -> None:
+        def change(text: str) -> str:
+            points = part_points(text, f"'{mark}'")
+
+            def moved(found: re.Match[str]) -> str:
+                if found[1] not in points:
+                    return found[0]
+                x, y, z = (float(v) for v in found[3].split(","))
+                return f"{found[0].rpartition('(')[0]}({x!r},{y + by!r},{z!r}))"
+
+            return re.sub(r"#(\d+) ?= ?(CARTESIAN_POINT\('[^']*',)\(([^)]*)\)\)", moved, text)
+
+        faults.step(folder, change)
+
+    fault.__name__ = f"moved_{mark}"
+    return fault
+
+
+def moved_fixing(folder: Path) -> None:
+    """The place of the first connector's product, 2 mm aside."""
+
+    def change(text: str) -> str:
+        x = (folder / "schedules" / "connectors.csv").read_text().splitlines()[1].split(",")[4]
+        found = re.search(rf"\(({re.escape(x[:-1])}\d*),", text)  # the row is rounded
+        assert found is not None
+        return text.replace(found[1], repr(float(found[1]) + 2.0))
+
+    faults.step(folder, change)
+
+
+def holed(folder: Path) -> str:
+    """The first panel with a round hole."""
+    for path in sorted((folder / "cut" / "parts").glob("P-*.dxf")):
+        if "\nCIRCLE\n" in path.read_text():
+            return path.stem
+    raise AssertionError("no panel has a round hole")
+
+
+def wide_hole(folder: Path) -> None:
+    def change(lines: list[str]) -> list[str]:
+        return faults.shift(lines, faults.entity(lines, "CIRCLE", "HOLES"), "40", 0, 0.5)
+
+    faults.groups(faults.part_file(folder, holed(folder)), change)
+
+
+def moved_hole(folder: Path) -> None:
+    def change(lines: list[str]) -> list[str]:
+        return faults.shift(lines, faults.entity(lines, "CIRCLE", "HOLES"), "10", 0, 1.0)
+
+    faults.groups(faults.part_file(folder, holed(folder)), change)
+
+
+def moved_bend(folder: Path) -> None:
+    def change(lines: list[str]) -> list[str]:
+        own = faults.entity(lines, "LINE", "RULINGS", 3)
+        return faults.shift(faults.shift(lines, own, "10", 0, 15.0), own, "11", 0, 15.0)
+
+    faults.groups(faults.part_file(folder), change)
+
+
+def wrong_bend(folder: Path) -> None:
+    path = faults.part_file(folder).with_suffix(".bends.csv")
+    lines = path.read_text().splitlines()
+    cells = lines[4].split(",")
+    lines[4] = ",".join([*cells[:-1], f"{float(cells[-1]) * 1.1:.3f}"])
+    path.write_text("\n".join(lines) + "\n")
+
+
+def mirrored_part(folder: Path) -> None:
+    def change(lines: list[str]) -> list[str]:
+        for k in range(0, len(lines) - 1, 2):
+            if lines[k].strip() in ("10", "11", "42") and k > lines.index("ENTITIES"):
+                lines[k + 1] = repr(-float(lines[k + 1]))
+        return lines
+
+    faults.groups(faults.part_file(folder), change)
+
+
+def lost_sheet(folder: Path) -> None:
+    faults.sheet_of(folder).unlink()
+
+
+def twice_in_schedule(folder: Path) -> None:
+    path = folder / "schedules" / "panels.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines, next(x for x in lines if x.startswith(f"{faults.A},"))]))
+
+
+def in_metres(folder: Path) -> None:
+    faults.cell(folder, "beams", "B-01-1", "length_mm", lambda v: f"{float(v) / 1000:.2f}")
+
+
+def other_class(folder: Path) -> None:
+    faults.cell(folder, "panels", faults.A, "class", lambda _: "developable")
+
+
+def other_layer(folder: Path) -> None:
+    path = faults.part_file(folder)
+    path.write_text(path.read_text().replace("\nCUT_OUTER\n", "\nRULINGS\n"), newline="")
+
+
+def other_figure(folder: Path) -> None:
+    path = folder / "checks" / "review.json"
+    review = json.loads(path.read_text())
+    review["parts"][faults.A]["gap_max_mm"] += 0.01
+    path.write_text(json.dumps(review))
+
+
 FAULTS: dict[Callable[[Path], None], set[str]] = {
     faults.moved_vertex: {faults.A},
     faults.scaled_part: {faults.A},
@@ -144,6 +284,17 @@ FAULTS: dict[Callable[[Path], None], set[str]] = {
     oversized_beam: {"B-01-1"},
     late_panel: {faults.A, "C-00-01"},
     smooth_edge: {faults.A},
+    moved_solid(faults.A, 2.0): {faults.A},
+    moved_solid("C-01-00", 2.0): {"C-01-00"},
+    moved_solid("B-01-1-FLI", 2.0): {"B-01-1", "B-01-1-FLI"},
+    moved_bend: {faults.A},
+    wrong_bend: {faults.A},
+    mirrored_part: {faults.A},
+    twice_in_schedule: {faults.A},
+    in_metres: {"B-01-1"},
+    other_class: {faults.A},
+    other_layer: {faults.A},
+    other_figure: {faults.A},
 }
 
 
@@ -160,6 +311,24 @@ def test_a_fault_is_named_by_its_part(
 def test_a_fixing_without_a_row_is_named(package: Path, tmp_path: Path) -> None:
     first = (package / "schedules" / "connectors.csv").read_text().splitlines()[1].split(",")[0]
     assert first in _after(package, tmp_path, lost_fixing).parts
+
+
+@pytest.mark.parametrize("fault", [wide_hole, moved_hole], ids=lambda fault: fault.__name__)
+def test_a_wrong_hole_is_named(
+    package: Path, tmp_path: Path, fault: Callable[[Path], None]
+) -> None:
+    assert set(_after(package, tmp_path, fault).parts) == {holed(package)}
+
+
+def test_a_moved_fixing_is_named(package: Path, tmp_path: Path) -> None:
+    first = (package / "schedules" / "connectors.csv").read_text().splitlines()[1].split(",")[0]
+    assert set(_after(package, tmp_path, moved_fixing).parts) == {first}
+
+
+def test_all_parts_of_a_lost_sheet_are_named(package: Path, tmp_path: Path) -> None:
+    sheet = faults.sheet_of(package)
+    marks = set(re.findall(r"\b[PBW]-\d[\w-]+", sheet.read_text()))
+    assert marks <= set(_after(package, tmp_path, lost_sheet).parts)
 
 
 def _after(package: Path, tmp_path: Path, fault: Callable[[Path], None]):
