@@ -1,24 +1,27 @@
 """Panels of an overhanging model, cut along the boundary of the design surface.
 
 A cut panel stays a ruled patch on the shape that it is made as: its rulings are parts of the old
-ones, its long edges run along the boundary where the model overhangs. Its neighbours along the
-strip meet it at rulings, as everywhere.
+ones, its long edges run along the boundary where the model overhangs. Where the boundary enters a
+panel across one of its long edges, the panel is parted at the ruling there, so that no edge has a
+corner: the further piece of ``P-03-05`` on a strip of 6 cells is ``P-03-11``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.arrays import cross, dot, unit
+from fabgeo.arrays import cross
 from fabgeo.panels.forming import forming_of
+from fabgeo.panels.samples import PanelInput, Side
 from fabgeo.panels.unfold_split import split_at_rulings
+from fabgeo.strips.fence import Fence
 from fabgeo.strips.model import Patch
 from fabgeo.strips.ruled import RuledPatch
-from fabgeo.strips.trim import Fence, trimmed_ruled
+from fabgeo.strips.trim import Piece, Rules, trimmed_ruled
 from fabgeo.structures.beams import plate_radii
 from fabgeo.structures.parts import Plate
 
@@ -28,8 +31,15 @@ if TYPE_CHECKING:
     from fabgeo.panels.classify import PanelChoice
     from fabgeo.project import Project
 
-SHORTEST = 150.0  # mm: a cut panel ends where its rulings get shorter
+SHORTEST = 20.0  # mm: a cut panel's tip ends where its rulings get shorter
 LEAST_LENGTH = 150.0  # mm: a cut panel shorter than this along its strip is dropped
+
+FACING: Mapping[Side, Side] = {
+    "first": "second",
+    "second": "first",
+    "start": "end",
+    "end": "start",
+}
 
 
 @dataclass(frozen=True)
@@ -43,9 +53,10 @@ class Trims:
     outside : tuple of str
         Marks of patches wholly beyond the boundary: no panels.
     slivers : tuple of str
-        Marks of panels whose rest was too small to make.
+        Marks of panels of which pieces were too small to make.
     lost : float
-        Area in mm2 inside the boundary that no panel covers any more: tips and slivers.
+        Area in mm2 inside the boundary that no panel covers any more: tips, slivers, and the
+        joints between pieces of one panel.
     """
 
     cut: tuple[str, ...] = ()
@@ -53,17 +64,40 @@ class Trims:
     slivers: tuple[str, ...] = ()
     lost: float = 0.0
 
-    @property
-    def dropped(self) -> frozenset[str]:
-        """Marks of all panels that are gone."""
-        return frozenset(self.outside) | frozenset(self.slivers)
-
     def __str__(self) -> str:
         return (
             f"{len(self.cut)} panels are cut along the boundary, {len(self.outside)} lie wholly "
-            f"beyond it, {len(self.slivers)} rests are too small to make; tips and rests leave "
-            f"{self.lost / 1e6:.2f} m2 open"
+            f"beyond it, of {len(self.slivers)} rests are too small to make; tips, rests and "
+            f"joints between pieces leave {self.lost / 1e6:.2f} m2 open"
         )
+
+
+@dataclass(frozen=True)
+class Cut:
+    """One piece of a plate: itself as a plate with its patch, and how it was cut.
+
+    Attributes
+    ----------
+    patch : Patch
+    plate : Plate
+    piece : Piece
+    whole : Plate
+        The plate before.
+    """
+
+    patch: Patch
+    plate: Plate
+    piece: Piece
+    whole: Plate
+
+    def at(self, side: Side) -> tuple[float, float] | None:
+        """The part of the whole plate's side that is left: in u, at its ends in v."""
+        mid, own = self.whole.mid, self.piece.ruled
+        if side in ("first", "second"):
+            return None if self.piece.cut[side == "second"] else (own.u0, own.u1)
+        if side == "start":
+            return self.piece.ends[0] if own.u0 == mid.u0 else None
+        return self.piece.ends[1] if own.u1 == mid.u1 else None
 
 
 def trims_panels(project: Project, start: Start) -> bool:
@@ -89,75 +123,129 @@ def trimmed(design: Design) -> Design:
     trims = [first]
     for k in range(0, len(design.layers), len(patches)):
         layer, further = trim_plates(patches, design.layers[k : k + len(patches)], fence, joint)
-        own += [plate for _, plate in layer]
+        own += [cut.plate for cut in layer]
         trims.append(further)
-    cells = _cells(patches)
-    choices, whole = {}, {plate.mark: plate for plate in design.panels}
-    for patch, plate in panels:
-        old = Patch(patch.strip, patch.cell % cells[patch.strip], patch.u0, patch.u1).mark
-        choice = replace(design.choices[old], mark=plate.mark)
-        cut = plate.mid is not whole[old].mid
-        choices[plate.mark] = _remade(choice, plate, design.project) if cut else choice
     return replace(
         design,
-        patches=tuple(patch for patch, _ in panels),
-        panels=tuple(plate for _, plate in panels),
+        patches=tuple(cut.patch for cut in panels),
+        panels=tuple(cut.plate for cut in panels),
         layers=tuple(own),
-        choices=choices,
-        trims=joined(trims),
+        choices=_choices(design, panels),
+        trims=_joined(trims),
     )
 
 
-def _remade(choice: PanelChoice, plate: Plate, project: Project) -> PanelChoice:
-    """The choice with radii and forming of what is left of its panel."""
+def _choices(design: Design, panels: Sequence[Cut]) -> dict[str, PanelChoice]:
+    """The choices of what is left: radii, forming, gaps and kinks of the panels as cut."""
     from fabgeo.build.geometry import sheet_of
+    from fabgeo.panels.remeasured import measured_again
 
-    if choice.cls == "flat":
-        return choice
-    least, largest = plate_radii(plate.mid)
-    forming, _ = forming_of(choice.cls, least, sheet_of(project))
-    return replace(choice, radius_min_mm=least, radius_max_mm=largest, forming=forming)
+    across = _neighbours(panels)
+    choices, inputs = [], []
+    for cut in panels:
+        choice = replace(design.choices[cut.whole.mark], mark=cut.plate.mark)
+        if cut.plate.mid is not cut.whole.mid and choice.cls != "flat":
+            least, largest = plate_radii(cut.plate.mid)
+            forming, _ = forming_of(choice.cls, least, sheet_of(design.project))
+            choice = replace(choice, radius_min_mm=least, radius_max_mm=largest, forming=forming)
+        choices.append(choice)
+        beyond: dict[Side, str | tuple[str, ...]] = {
+            side: tuple(marks) for side, marks in across[cut.plate.mark].items()
+        }
+        inputs.append(
+            PanelInput(cut.plate.mark, _gross(choice.fitted, cut), beyond, cut.piece.ends)
+        )
+    return {choice.mark: choice for choice in measured_again(choices, inputs)}
+
+
+def _gross(fitted: RuledPatch, cut: Cut) -> RuledPatch:
+    """What the piece's rulings span of the fitted panel, its joints to others not taken off."""
+    mid, own = cut.whole.mid, cut.piece.ruled
+    low = fitted.u0 if own.u0 == mid.u0 else own.u0
+    high = fitted.u1 if own.u1 == mid.u1 else own.u1
+    cuts = [u for u in (low, high) if fitted.u0 < u < fitted.u1]
+    parts = split_at_rulings(fitted, np.array(cuts))
+    return next(p for p in parts if p.u0 <= (low + high) / 2.0 <= p.u1)
 
 
 def trim_plates(
     patches: Sequence[Patch], plates: Sequence[Plate], fence: Fence, joint: float
-) -> tuple[list[tuple[Patch, Plate]], Trims]:
-    """Plates (one a patch) cut along the fence with their patches; whole ones stay as they are.
-
-    Where the boundary enters a panel across one of its long edges, the panel is parted at the
-    ruling there, so that no edge has a corner: the further piece of ``P-03-05`` on a strip of 6
-    cells is ``P-03-11``.
-    """
-    kept: list[tuple[Patch, Plate]] = []
+) -> tuple[list[Cut], Trims]:
+    """Plates (one a patch) cut along the fence; whole ones stay as they are."""
+    kept: list[Cut] = []
     cut, outside, slivers = [], [], []
     lost, cells = 0.0, _cells(patches)
+    rules = Rules(joint, SHORTEST, LEAST_LENGTH)
     for patch, plate in zip(patches, plates, strict=True):
-        mid = plate.mid
-        first, second = mid.edges(mid.parameters(4))
-        width = float(np.linalg.norm(second - first, axis=-1).mean())
-        segments = float(len(np.unique(mid.knots)) - 1)
-        found = trimmed_ruled(mid, fence, min(SHORTEST / width, 0.5), segments)
-        if found is None:
-            outside.append(plate.mark)
-            continue
+        found = trimmed_ruled(plate.mid, fence, fence.corners, rules, plate.mark)
         if found.whole:
-            kept.append((patch, plate))
+            kept.append(Cut(patch, plate, found.pieces[0], plate))
             continue
-        cut.append(plate.mark)
-        lost += found.lost
-        made = []
-        for k, piece in enumerate(_parted(found.ruled, joint)):
-            own = Patch(patch.strip, patch.cell + k * cells[patch.strip], piece.u0, piece.u1)
+        lost += found.inside - sum(area(piece.ruled) for piece in found.pieces)
+        if found.dropped:
+            slivers.append(plate.mark)
+        (cut if found.pieces else outside).append(plate.mark)
+        for k, piece in enumerate(found.pieces):
+            u0, u1 = piece.ruled.u0, piece.ruled.u1
+            own = Patch(patch.strip, patch.cell + k * cells[patch.strip], u0, u1)
             mark = plate.mark.replace(patch.mark, own.mark)
-            if length(piece) < LEAST_LENGTH:
-                slivers.append(mark)
-                lost += area(piece)
-            else:
-                made.append((own, replace(plate, mark=mark, parent=mark, mid=piece)))
-        kept += _linked(made)
-    gone = frozenset(outside) | frozenset(slivers)
-    trims = Trims(tuple(cut), tuple(outside), tuple(slivers), lost)
-    return [(patch, without(plate, gone)) for patch, plate in kept], trims
+            made = replace(plate, mark=mark, parent=mark, mid=piece.ruled)
+            kept.append(Cut(own, made, piece, plate))
+    across = _neighbours(kept)
+    pieces = _pieces(kept)
+    linked = []
+    for one in kept:
+        shared: dict[str, str] = {
+            side: marks[0] for side, marks in across[one.plate.mark].items() if marks
+        } | _beside(one, pieces[one.whole.mark])
+        linked.append(replace(one, plate=replace(one.plate, shared=shared)))
+    return linked, Trims(tuple(cut), tuple(outside), tuple(slivers), lost)
+
+
+def _pieces(cuts: Sequence[Cut]) -> dict[str, list[Cut]]:
+    out: dict[str, list[Cut]] = {}
+    for cut in cuts:
+        out.setdefault(cut.whole.mark, []).append(cut)
+    return out
+
+
+def _neighbours(cuts: Sequence[Cut]) -> dict[str, dict[Side, list[str]]]:
+    """Marks of the pieces of other plates across every piece's sides, longest common edge first."""
+    pieces = _pieces(cuts)
+    out: dict[str, dict[Side, list[str]]] = {}
+    for cut in cuts:
+        own = out.setdefault(cut.plate.mark, {})
+        for side, facing in FACING.items():
+            here = cut.at(side)
+            if here is None:
+                continue
+            found = []
+            for other in pieces.get(cut.whole.shared.get(side, ""), ()):
+                there = other.at(facing)
+                if there is not None:
+                    common = min(here[1], there[1]) - max(here[0], there[0])
+                    found.append((common, other.plate.mark))
+            least = 1e-6 * (here[1] - here[0])
+            marks = [mark for common, mark in sorted(found, reverse=True) if common > least]
+            if marks:
+                own[side] = marks
+    return out
+
+
+def _beside(one: Cut, pieces: Sequence[Cut]) -> dict[str, str]:
+    """Marks of the pieces of the same plate beyond its first and its last ruling."""
+    out = {}
+    sides = (("start", 0, 1), ("end", 1, 0))
+    for side, here, there in sides:
+        if not one.piece.joined[here]:
+            continue
+        at, span = one.piece.breaks[here], one.piece.ends[here]
+        for other in pieces:
+            ends = other.piece.ends[there]
+            common = min(span[1], ends[1]) - max(span[0], ends[0])
+            if other is not one and other.piece.breaks[there] == at and common > 0.0:
+                out[side] = other.plate.mark
+    return out
 
 
 def _cells(patches: Sequence[Patch]) -> dict[int, int]:
@@ -168,50 +256,7 @@ def _cells(patches: Sequence[Patch]) -> dict[int, int]:
     return out
 
 
-def _parted(ruled: RuledPatch, joint: float) -> list[RuledPatch]:
-    """The trimmed patch parted at its corners (threefold knots), the joint taken off there."""
-    knots, counts = np.unique(ruled.knots, return_counts=True)
-    intervals, low = [], ruled.u0
-    for u in knots[1:-1][counts[1:-1] >= 3]:
-        step = joint / 2.0 / _pace(ruled, float(u))
-        intervals.append((low, float(u) - step))
-        low = max(low, float(u) + step)
-    intervals.append((low, ruled.u1))
-    least = 1e-9 * (ruled.u1 - ruled.u0)
-    kept = [(a, b) for a, b in intervals if b - a > least]
-    cuts = {u for ends in kept for u in ends if ruled.u0 < u < ruled.u1}
-    pieces = split_at_rulings(ruled, np.array(sorted(cuts)))
-    return [p for p in pieces if any(a < (p.u0 + p.u1) / 2.0 < b for a, b in kept)]
-
-
-def _pace(mid: RuledPatch, u: float) -> float:
-    """The slower of both edges' speeds across the ruling at u."""
-    at = np.array([u])
-    e = unit(mid.edges(at)[1] - mid.edges(at)[0])
-    velocity = mid.edges(at, 1)
-    return float(np.linalg.norm(velocity - dot(velocity, e)[..., None] * e, axis=-1).min())
-
-
-def _linked(pieces: list[tuple[Patch, Plate]]) -> list[tuple[Patch, Plate]]:
-    """Pieces of one plate, each the next one's neighbour."""
-    out = []
-    for k, (patch, plate) in enumerate(pieces):
-        shared = dict(plate.shared)
-        if k > 0:
-            shared["start"] = pieces[k - 1][1].mark
-        if k < len(pieces) - 1:
-            shared["end"] = pieces[k + 1][1].mark
-        out.append((patch, replace(plate, shared=shared)))
-    return out
-
-
-def without(plate: Plate, gone: frozenset[str]) -> Plate:
-    """The plate with no neighbours among the marks that are gone."""
-    shared = {side: mark for side, mark in plate.shared.items() if mark not in gone}
-    return plate if len(shared) == len(plate.shared) else replace(plate, shared=shared)
-
-
-def joined(trims: Sequence[Trims]) -> Trims:
+def _joined(trims: Sequence[Trims]) -> Trims:
     """Several layers' trims as one."""
     return Trims(
         tuple(m for t in trims for m in t.cut),
@@ -221,15 +266,8 @@ def joined(trims: Sequence[Trims]) -> Trims:
     )
 
 
-def length(mid: RuledPatch) -> float:
-    """Length in mm of the patch's middle line."""
-    return float(
-        np.linalg.norm(np.diff(mid.edges(mid.parameters(8)).mean(axis=0), axis=0), axis=1).sum()
-    )
-
-
 def area(mid: RuledPatch) -> float:
     """Area in mm2, by quads."""
-    first, second = mid.edges(mid.parameters(8))
+    first, second = mid.edges(mid.parameters(16))
     a, b = second[1:] - first[:-1], second[:-1] - first[1:]
     return float(np.linalg.norm(cross(a, b), axis=1).sum() / 2.0)

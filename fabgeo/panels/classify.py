@@ -26,6 +26,7 @@ from fabgeo.panels.pairs import greedy, pairs_of
 from fabgeo.panels.pool import CLASSES, Pool, pair_limits
 from fabgeo.panels.samples import PanelInput, Samples
 from fabgeo.panels.shapes import Cone, Cylinder, Shape, shape_of
+from fabgeo.panels.worst import worst_of
 from fabgeo.strips.ruled import RuledPatch
 
 
@@ -156,11 +157,7 @@ def describe(
     samples, every = own.samples, np.arange(len(joints))
     first, second = chosen[joints.panels[:, 0]], chosen[joints.panels[:, 1]]
     gap, added = pair_limits(pool, joints, every, first, second)
-    kinks = np.linalg.norm(joints.own, axis=-1).max(axis=-1)
-    worst = [_Worst() for _ in panels]
-    for j in every:
-        for s in (0, 1):
-            worst[joints.panels[j, s]].see(joints.sides[j][s], gap[j], added[j], kinks[j])
+    worst = worst_of(joints, gap, added, len(panels))
     fitted_radii = bending_radii(samples)
     made_radii = _radii(samples, pool.carriers[chosen])
     lines = bend_lines(samples, tolerances.deviation_mm)
@@ -214,21 +211,6 @@ def _why(possible: BoolArray, cost: Array, kind: int) -> str:
     if held:
         parts.append(f"{', '.join(held)}: gap, kink or flange at the joints")
     return "; ".join(parts)
-
-
-class _Worst:
-    """Largest figures over a panel's joints."""
-
-    def __init__(self) -> None:
-        self.gap = self.added = self.own = 0.0
-        self.gap_edge = self.kink_edge = ""
-
-    def see(self, side: str, gap: float, added: float, own: float) -> None:
-        if gap > self.gap:
-            self.gap, self.gap_edge = float(gap), side
-        if added > self.added:
-            self.added, self.kink_edge = float(added), side
-        self.own = max(self.own, float(own))
 
 
 def _radii(samples: Samples, carriers: Carriers) -> list[tuple[float, float]]:

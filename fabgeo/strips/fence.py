@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, BoolArray, IndexArray, cross, dot, unit
+from fabgeo.arrays import Array, IndexArray, cross, dot, unit
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 
@@ -30,6 +30,8 @@ class Fence:
     ----------
     loops : tuple of int
         The overhung loops of the surface.
+    corners : (k, 3) array
+        Where they turn sharply.
     """
 
     def __init__(self, surface: DesignSurface, model: StripModel, least: float = 0.1) -> None:
@@ -42,13 +44,14 @@ class Fence:
         beyond = [float(-row[nearest == k].min(initial=0.0)) for k, row in enumerate(apart)]
         self.loops = tuple(k for k, far in enumerate(beyond) if far > least * width)
         self._sides = [sides[k] for k in self.loops]
+        self.corners = np.concatenate([np.empty((0, 3)), *(side.corners for side in self._sides)])
 
-    def __call__(self, points: Array) -> BoolArray:
-        """Whether points (k, 3) lie on this side of the overhung loops."""
-        kept = np.ones(len(points), dtype=bool)
+    def __call__(self, points: Array) -> Array:
+        """How far inside points (k, 3) lie: distances from the loops, negative beyond one."""
+        depth = np.full(len(points), np.inf)
         for side in self._sides:
-            kept &= side.short(points) >= 0.0
-        return kept
+            depth = np.minimum(depth, side.short(points))
+        return depth
 
 
 class _Loop:
@@ -60,8 +63,10 @@ class _Loop:
         self._start, self._end, self._step = points, after, after - points
         chord = unit(self._step)
         before = np.roll(chord, 1, axis=0)
-        smooth = (dot(chord, before) > CORNER)[:, None]  # at a corner both segments keep theirs
+        sharp = dot(chord, before) <= CORNER
+        smooth = ~sharp[:, None]  # at a corner both segments keep theirs
         tangent = unit(chord + before)
+        self.corners = points[sharp]
         self._leave = np.where(smooth, tangent, chord)
         self._arrive = np.where(np.roll(smooth, -1, axis=0), np.roll(tangent, -1, axis=0), chord)
         normal = surface.closest(points).normal
@@ -70,17 +75,22 @@ class _Loop:
         probe = (points + after) / 2.0 + 0.01 * size * inwards[0]
         sign = 1.0 if surface.closest(probe).on_boundary.mean() < 0.5 else -1.0
         self._inwards = sign * np.stack(inwards)
+        # Beside a corner's point it is the sum of both sides' directions that tells the side.
+        self._at_point = self._inwards[0] + np.roll(self._inwards[1], 1, axis=0)
         self._tree = KDTree(points)
 
     def short(self, points: Array) -> Array:
         """Signed distances (k,) from the loop: positive on the surface's side."""
         near = np.asarray(self._tree.query(points)[1], dtype=np.intp)
+        count = len(self._start)
         best, found = np.full(len(points), np.inf), np.zeros(len(points))
-        for k in (near, (near - 1) % len(self._start)):
+        for k in (near, (near - 1) % count):
             v = self._step[k]
             t = np.clip(dot(points - self._start[k], v) / dot(v, v), 0.0, 1.0)[:, None]
             apart = points - self._curve(k, t)
             side = (1.0 - t) * self._inwards[0, k] + t * self._inwards[1, k]
+            side = np.where(t == 0.0, self._at_point[k], side)
+            side = np.where(t == 1.0, self._at_point[(k + 1) % count], side)
             distance = np.linalg.norm(apart, axis=1)
             closer = distance < best
             found = np.where(closer, dot(apart, unit(side)), found)

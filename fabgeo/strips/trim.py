@@ -1,403 +1,265 @@
 """Trim an overhanging strip model to the boundary of its design surface.
 
-A ruling keeps the part whose closest points lie inside the surface. Every trimmed piece is again a
-ruled patch: its edges run on the strip's own rulings, either along the strip's edges or along the
-boundary. Where the boundary runs so close to the rulings that they get too short, the piece ends at
-the last whole enough ruling: what is lost there is told as an area, never hidden.
+What is inside of a ruled patch is parted at its events into pieces, each a ruled patch again: its
+rulings are parts of the old ones, and each of its edges runs either along the patch's own edge or
+along the boundary, so that no edge has a corner. Where the boundary crosses a patch obliquely the
+piece at its end is a triangle; where it touches a ruling from outside, two horns are left.
 
 Glossary
 --------
-inside
-    A test of points (k, 3): whether they are kept. `Fence` is that of an overhanging model.
-limits
-    The parameters v of a ruling between which it lies inside: 0 and 1 where it is whole.
-kink
-    A u at which the boundary crosses an edge curve: the trimmed patch's edge has a corner there.
+piece
+    What is inside between two events, or several of them that leave its edges smooth.
+tip
+    Where the rulings of a piece shrink to nothing: the piece ends at its last ruling of a length
+    that can be made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, BoolArray, IntArray, cross, set_frozen
+from fabgeo.arrays import Array, BoolArray, cross
+from fabgeo.errors import GeometryError
 from fabgeo.strips.fence import Fence
+from fabgeo.strips.lanes import TESTED, Lane, corners_on, lanes_of, meet, pace
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
+from fabgeo.strips.within import Depth, Span, Within
 from fabgeo.surfaces.base import DesignSurface
 
-__all__ = [
-    "Fence",
-    "StripTrim",
-    "TrimmedPatch",
-    "TrimmedRuled",
-    "limits",
-    "trim",
-    "trimmed_patch",
-    "trimmed_patches",
-    "trimmed_ruled",
-]
+__all__ = ["Fence", "Piece", "Rules", "Trimmed", "trim", "trimmed_ruled"]
 
-type Inside = Callable[[Array], BoolArray]
-type Edges = Callable[[Array], tuple[Array, Array]]
-
-ACROSS = 9  # places on a ruling that are tested before the limits are searched
-PARTS, ROUNDS = 16, 5  # limits are found to 16 ** -5 of what they are known to before
-LEAST = 0.02  # part of a ruling below which a patch ends: no slivers
+TOLERANCE = 5e-3  # mm, of a cut edge from where the rulings meet the boundary
+TOUCH = 0.5  # mm left open at least beside a ruling that the boundary touches: it is endless steep
+HALVINGS = 24  # of knot spans, until the tolerance is met
+MOST_SPANS = 400
 
 
 @dataclass(frozen=True)
-class StripTrim:
-    """Where the rulings of one strip lie inside the surface.
+class Rules:
+    """How pieces are made.
 
     Attributes
     ----------
-    strip : int
-    u, low, high : (k,) arrays
-        Limits v of the rulings at u; nan where nothing of a ruling is inside.
-    intervals : tuple of (float, float)
-        The u-intervals in which something of the strip is inside.
-    """
-
-    strip: int
-    u: Array
-    low: Array
-    high: Array
-    intervals: tuple[tuple[float, float], ...]
-
-    def __post_init__(self) -> None:
-        set_frozen(self, "u", ("k",))
-
-
-@dataclass(frozen=True)
-class TrimmedRuled:
-    """The part of a ruled patch that is inside.
-
-    Attributes
-    ----------
-    ruled : RuledPatch
-        Its rulings are parts of the patch's; u keeps its meaning.
-    outline : (k, 2) array
-        Closed outline in (u, v) of the patch, the first point not repeated.
-    share : float
-        Kept part of the patch's area.
-    lost : float
-        Area inside that is not kept, as its rulings are too short.
-    """
-
-    ruled: RuledPatch
-    outline: Array
-    share: float
-    lost: float
-
-    @property
-    def whole(self) -> bool:
-        """Whether nothing was cut away."""
-        return self.share == 1.0
-
-
-@dataclass(frozen=True)
-class TrimmedPatch:
-    """The part of a patch inside the boundary.
-
-    Attributes
-    ----------
-    patch : Patch
-        The patch, its u-interval shortened to what is inside.
-    ruled : RuledPatch
-        The trimmed ruled surface; its rulings are parts of the strip's.
-    outline : (k, 2) array
-        Closed outline in (u, v) of the strip, the first point not repeated.
-    share : float
-        Part of the patch's area that is kept.
-    """
-
-    patch: Patch
-    ruled: RuledPatch
-    outline: Array
-    share: float
-
-    @property
-    def whole(self) -> bool:
-        """Whether nothing was cut away."""
-        return self.share > 1.0 - 1e-9
-
-
-def limits(model: StripModel, strip: int, surface: DesignSurface, u: Array) -> tuple[Array, Array]:
-    """Limits v (k,) of the rulings of a strip at u (k,); nan where none is inside.
-
-    Of a ruling that leaves and enters again the longest part counts.
-    """
-    return _limits(_of_strip(model, strip), _within(surface), u)
-
-
-def _limits(edges: Edges, inside: Inside, u: Array) -> tuple[Array, Array]:
-    first, second = edges(u)
-    v = np.linspace(0.0, 1.0, ACROSS)
-    within = _inside(inside, first, second, np.broadcast_to(v, (len(u), ACROSS)))
-    low, high = np.full(len(u), np.nan), np.full(len(u), np.nan)
-    begin, end = _longest(within)
-    some = np.flatnonzero(end > begin)
-    low[some], high[some] = v[begin[some]], v[end[some] - 1]
-    cut = some[begin[some] > 0]
-    low[cut] = _bisect(inside, first[cut], second[cut], low[cut], v[begin[cut] - 1])
-    cut = some[end[some] < ACROSS]
-    high[cut] = _bisect(inside, first[cut], second[cut], high[cut], v[end[cut]])
-    return low, high
-
-
-def trim(model: StripModel, surface: DesignSurface, per_segment: int = 8) -> list[StripTrim]:
-    """What of every strip lies inside the surface's boundary.
-
-    Parameters
-    ----------
-    model : StripModel
-        Overhanging or not.
-    surface : DesignSurface
-        The surface itself, not its continuation.
-    per_segment : int
-        Rulings tested in a knot span.
-    """
-    u = model.parameters(per_segment)
-    inside = _within(surface)
-    found = []
-    for strip in range(model.strips):
-        edges = _of_strip(model, strip)
-        low, high = _limits(edges, inside, u)
-        found.append(StripTrim(strip, u, low, high, _intervals(edges, inside, u, low)))
-    return found
-
-
-def trimmed_patch(
-    model: StripModel,
-    patch: Patch,
-    surface: DesignSurface,
-    least: float = LEAST,
-    spans_per_segment: int = 2,
-) -> TrimmedPatch | None:
-    """The part of a patch inside the boundary, or None if there is none.
-
-    Parameters
-    ----------
+    joint : float
+        Clear width between two pieces of a patch, as between panels.
+    shortest : float
+        A tip ends at the ruling that is so long; lengths in the model's unit.
     least : float
-        The patch ends where less than this part of its rulings is inside.
-    spans_per_segment : int
-        Knot spans of the trimmed edges in a segment of the model.
+        Pieces that are shorter across their rulings are dropped.
     """
-    ruled = RuledPatch.of_model(model, patch)
-    found = trimmed_ruled(ruled, _within(surface), least, patch.u1 - patch.u0, spans_per_segment)
-    if found is None:
-        return None
-    kept = Patch(patch.strip, patch.cell, found.ruled.u0, found.ruled.u1)
-    return TrimmedPatch(kept, found.ruled, found.outline, found.share)
+
+    joint: float = 0.0
+    shortest: float = 1.0
+    least: float = 1.0
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A ruled piece of a patch.
+
+    Attributes
+    ----------
+    ruled : RuledPatch
+        u keeps its meaning.
+    cut : (bool, bool)
+        Whether the first and the second edge run along the boundary; else along the patch's.
+    ends : (Span, Span)
+        Which part of the patch's ruling the first and the last ruling are.
+    joined : (bool, bool)
+        Whether another piece of the same patch begins beyond the first and the last ruling.
+    breaks : (float, float)
+        The u of the events that it lies between; joints and tips are taken off there.
+    """
+
+    ruled: RuledPatch
+    cut: tuple[bool, bool]
+    ends: tuple[Span, Span]
+    joined: tuple[bool, bool] = (False, False)
+    breaks: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Trimmed:
+    """What is inside of a ruled patch.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+        By ascending u.
+    area, inside : float
+        Of the patch, and of what of it is inside; pieces, joints between them, tips and dropped
+        pieces add up to the second.
+    dropped : int
+        How many pieces were too small.
+    """
+
+    pieces: tuple[Piece, ...]
+    area: float
+    inside: float
+    dropped: int = 0
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing was cut away."""
+        return len(self.pieces) == 1 and self.inside == self.area
+
+
+def trim(
+    model: StripModel,
+    surface: DesignSurface,
+    patches: Sequence[Patch] | None = None,
+    rules: Rules | None = None,
+) -> list[tuple[Patch, Trimmed]]:
+    """What of every patch, by default of every strip, lies inside the surface's boundary."""
+    fence = Fence(surface, model)
+    if patches is None:
+        patches = [Patch(strip, 0, 0.0, float(model.segments)) for strip in range(model.strips)]
+    ruled = [RuledPatch.of_model(model, patch) for patch in patches]
+    return [
+        (patch, trimmed_ruled(one, fence, fence.corners, rules, patch.mark))
+        for patch, one in zip(patches, ruled, strict=True)
+    ]
 
 
 def trimmed_ruled(
     ruled: RuledPatch,
-    inside: Inside,
-    least: float = LEAST,
-    segments: float = 1.0,
-    spans_per_segment: int = 2,
-) -> TrimmedRuled | None:
-    """The part of a ruled patch that is inside, or None if there is none.
+    depth: Depth,
+    corners: Array | None = None,
+    rules: Rules | None = None,
+    mark: str = "patch",
+) -> Trimmed:
+    """The pieces of a ruled patch that are inside.
 
     Parameters
     ----------
-    least : float
-        The piece ends where less than this part of its rulings is inside.
-    segments : float
-        Knot spans that the patch has on its model: how finely it is tested and cut.
+    depth : callable
+        Signed depth of points (k, 3), such as a `Fence`.
+    corners : (k, 3) array, optional
+        Corners of the boundary.
+    mark : str
+        Its name in messages.
+
+    Raises
+    ------
+    GeometryError
+        If a cut edge can't be followed within the tolerance.
     """
-    count = max(int(np.ceil(8 * segments)), 8) + 1
-    u = np.linspace(ruled.u0, ruled.u1, count)
-    edges = _of_ruled(ruled)
-    low, high = _limits(edges, inside, u)
-    width = np.where(np.isfinite(low), high - low, 0.0)
-    begin, end = (int(k[0]) for k in _longest((width > least)[None]))
-    if end == begin:
+    rules = rules or Rules()
+    within, u = Within(ruled, depth), ruled.parameters(TESTED)
+    area = _area(ruled, u, np.zeros(len(u)), np.ones(len(u)))
+    events = within.events(u)
+    if not len(events):
+        spans = within.spans(u[[0, len(u) // 2, -1]])
+        if all(s == [(0.0, 1.0)] for s in spans):
+            whole = Piece(ruled, (False, False), ((0.0, 1.0), (0.0, 1.0)))
+            return Trimmed((whole,), area, area)
+    at = corners_on(ruled, corners) if corners is not None and len(corners) else np.empty((0, 2))
+    breaks = np.unique(np.concatenate([u[[0, -1]], events, at[:, 0]]))
+    keep = np.append(True, np.diff(breaks) > 1e-7 * (u[-1] - u[0]))
+    breaks = breaks[keep]
+    breaks[-1] = u[-1]
+    lanes = lanes_of(within, breaks, at, mark)
+    inside = sum(_area(ruled, *lane.limits(lane.dense())) for lane in lanes)
+    pieces = [p for lane in lanes if (p := _piece(lane, lanes, rules, mark)) is not None]
+    return Trimmed(tuple(pieces), area, float(inside), len(lanes) - len(pieces))
+
+
+def _piece(lane: Lane, lanes: Sequence[Lane], rules: Rules, mark: str) -> Piece | None:
+    """The piece made of a lane: joints to the next ones and tips taken off."""
+    ruled = lane.within.ruled
+    ends, joined = [lane.u0, lane.u1], [False, False]
+    for k, (u, sign) in enumerate(((lane.u0, 1.0), (lane.u1, -1.0))):
+        if u in (ruled.u0, ruled.u1):
+            continue
+        beyond = [o for o in lanes if o is not lane and (o.u1, o.u0)[k] == u and meet(o, lane, u)]
+        joined[k] = bool(beyond)
+        twins = [o for o in lanes if o is not lane and (o.u0, o.u1)[k] == u]
+        touched = len(beyond) != 1 or any(meet(o, b, u) for b in beyond for o in twins)
+        step = max(rules.joint / 2.0, TOUCH if touched else 0.0) if joined[k] else 0.0
+        ends[k] = u + sign * step / pace(ruled, u)
+    if ends[1] - ends[0] <= 0.0:
         return None
-    some = _touches(edges, inside)
-
-    def stop(good: int, bad: int) -> float:
-        """Where the width falls to `least`, taken to fall evenly to nothing."""
-        nothing = _last_u(some, u[good], u[bad])
-        return nothing + (u[good] - nothing) * min(least / width[good], 1.0)
-
-    u0 = u[0] if begin == 0 else stop(begin, begin - 1)
-    u1 = u[-1] if end == count else stop(end - 1, end)
-    if u1 - u0 < 1e-6 * (u[-1] - u[0]):
+    u = np.unique(np.concatenate([np.linspace(ends[0], ends[1], 65), lane.u]))
+    u = u[(u >= ends[0]) & (u <= ends[1])]
+    enough = lane.widths(u) >= rules.shortest
+    if not enough.any():
         return None
-    if u0 == u[0] and u1 == u[-1] and low.max() == 0.0 and high.min() == 1.0:
-        outline = np.array([[u0, 0.0], [u1, 0.0], [u1, 1.0], [u0, 1.0]])
-        return TrimmedRuled(ruled, outline, 1.0, 0.0)
-    spans = max(int(np.ceil(spans_per_segment * segments * (u1 - u0) / (u[-1] - u[0]))), 2)
-    cut, outline = _through(edges, inside, (float(u0), float(u1)), (u, low, high), spans)
-    area, kept = _grid_area(*edges(np.linspace(u[0], u[-1], 65))), _ruled_area(cut)
-    return TrimmedRuled(cut, outline, kept / area, max(_area_inside(edges, inside, u) - kept, 0.0))
+    begin, end = _longest(enough)
+    low = ends[0] if begin == 0 else _shrunk(lane, u[begin], u[begin - 1], rules.shortest)
+    high = ends[1] if end == len(u) else _shrunk(lane, u[end - 1], u[end], rules.shortest)
+    if pace(ruled, (low + high) / 2.0) * (high - low) < rules.least:
+        return None
+    made = _through(lane, float(low), float(high), mark)
+    _, at_low, at_high = lane.limits(np.array([low, high]))
+    spans = tuple((float(a), float(b)) for a, b in zip(at_low, at_high, strict=True))
+    between = (lane.u0, lane.u1)
+    return Piece(made, lane.cut, (spans[0], spans[1]), (joined[0], joined[1]), between)
 
 
-def trimmed_patches(
-    model: StripModel, patches: Sequence[Patch], surface: DesignSurface, least: float = LEAST
-) -> list[TrimmedPatch]:
-    """All patches trimmed; those wholly outside are left out."""
-    found = (trimmed_patch(model, p, surface, least) for p in patches)
-    return [p for p in found if p is not None]
-
-
-def _through(
-    edges: Edges,
-    inside: Inside,
-    ends: tuple[float, float],
-    tested: tuple[Array, Array, Array],
-    spans: int,
-) -> tuple[RuledPatch, Array]:
-    """Interpolated edges along the limits, with threefold knots at kinks."""
-    u, low, high = tested
-    kinks = _kinks(edges, inside, u, low == 0.0, 0.0)
-    kinks += _kinks(edges, inside, u, high == 1.0, 1.0)
-    near = 1e-3 * (ends[1] - ends[0])
-    breaks = [ends[0]]
-    for k in sorted(kinks):
-        if k - breaks[-1] > near and ends[1] - k > near:
-            breaks.append(k)
-    breaks.append(ends[1])
-    knots = [ends[0]]
-    for a, b in pairwise(breaks):
-        own = max(int(np.ceil(spans * (b - a) / (ends[1] - ends[0]))), 2)
-        knots += [a] * 3 + list(np.linspace(a, b, own + 1)[1:-1])
-    all_knots = np.array([*knots, *[ends[1]] * 4])
-    sites = spline.greville(all_knots)
-    at_low, at_high = _limits(edges, inside, sites)
-    good = np.isfinite(at_low)
-    at_low = np.interp(sites, sites[good], at_low[good])
-    at_high = np.interp(sites, sites[good], at_high[good])
-    first, second = edges(sites)
-    a = first + at_low[:, None] * (second - first)
-    b = first + at_high[:, None] * (second - first)
-    outline = np.concatenate(
-        [np.stack([sites, at_low], axis=1), np.stack([sites, at_high], axis=1)[::-1]]
-    )
-    return RuledPatch.through(all_knots, sites, a, b), outline
-
-
-def _kinks(edges: Edges, inside: Inside, u: Array, whole: BoolArray, v: float) -> list[float]:
-    """Parameters at which the edge v = 0 or 1 crosses the boundary."""
-
-    def kept(at: Array) -> BoolArray:
-        rows = at.ravel()
-        return _inside(inside, *edges(rows), np.full((len(rows), 1), v)).reshape(at.shape)
-
-    changes = np.flatnonzero(whole[1:] != whole[:-1])
-    good = np.where(whole[changes], u[changes], u[changes + 1])
-    bad = np.where(whole[changes], u[changes + 1], u[changes])
-    return [float(found) for found in _last(kept, good, bad)]
-
-
-def _intervals(
-    edges: Edges, inside: Inside, u: Array, low: Array
-) -> tuple[tuple[float, float], ...]:
-    some = _touches(edges, inside)
-    good = np.isfinite(low)
-    starts = np.flatnonzero(good & ~np.concatenate([[False], good[:-1]]))
-    ends = np.flatnonzero(good & ~np.concatenate([good[1:], [False]]))
-    return tuple(
-        (
-            float(u[a]) if a == 0 else _last_u(some, u[a], u[a - 1]),
-            float(u[b]) if b == len(u) - 1 else _last_u(some, u[b], u[b + 1]),
-        )
-        for a, b in zip(starts, ends, strict=True)
-    )
-
-
-def _touches(edges: Edges, inside: Inside) -> Callable[[Array], BoolArray]:
-    """A test whether anything of the rulings at u is inside."""
-
-    def test(at: Array) -> BoolArray:
-        rows = at.ravel()
-        v = np.broadcast_to(np.linspace(0.0, 1.0, ACROSS), (len(rows), ACROSS))
-        return _inside(inside, *edges(rows), v).any(axis=1).reshape(at.shape)
-
-    return test
-
-
-def _of_strip(model: StripModel, strip: int) -> Edges:
-    return lambda u: (model.edge(strip, u), model.edge(strip + 1, u))
-
-
-def _of_ruled(ruled: RuledPatch) -> Edges:
-    def edges(u: Array) -> tuple[Array, Array]:
-        first, second = ruled.edges(u)
-        return first, second
-
-    return edges
-
-
-def _within(surface: DesignSurface) -> Inside:
-    return lambda points: ~surface.closest(points).on_boundary
-
-
-def _inside(inside: Inside, first: Array, second: Array, v: Array) -> BoolArray:
-    """Whether the points at v (k, m) of k rulings are inside: (k, m)."""
-    points = first[:, None] + v[..., None] * (second - first)[:, None]
-    return inside(points.reshape(-1, 3)).reshape(v.shape)
-
-
-def _bisect(inside: Inside, first: Array, second: Array, good: Array, bad: Array) -> Array:
-    """The last v inside between one inside and one outside, for many rulings at once."""
-    return _last(lambda v: _inside(inside, first, second, v), good, bad)
-
-
-def _last(test: Callable[[Array], BoolArray], good: Array, bad: Array) -> Array:
-    """The last values (k,) before the test fails first between good and bad: parted in `PARTS`.
-
-    `test` takes values (k, PARTS - 1), a row for each of the k.
-    """
-    rows = np.arange(len(good))
-    for _ in range(ROUNDS if len(good) else 0):
-        grid = good[:, None] + np.linspace(0.0, 1.0, PARTS + 1) * (bad - good)[:, None]
-        failed = np.ones((len(good), PARTS), dtype=bool)
-        failed[:, :-1] = ~test(grid[:, 1:-1])
-        first = np.argmax(failed, axis=1)
-        good, bad = grid[rows, first], grid[rows, first + 1]
+def _shrunk(lane: Lane, good: float, bad: float, least: float) -> float:
+    """Where the rulings of a lane are as long as the least between two u."""
+    for _ in range(6):
+        u = np.linspace(good, bad, 17)
+        k = int(np.argmin(lane.widths(u)[1:] >= least))
+        good, bad = float(u[k]), float(u[k + 1])
     return good
 
 
-def _last_u(test: Callable[[Array], BoolArray], good: float, bad: float) -> float:
-    return float(_last(test, np.array([good]), np.array([bad]))[0])
+def _through(lane: Lane, u0: float, u1: float, mark: str) -> RuledPatch:
+    """Both edges interpolated, knot spans halved where they leave the boundary."""
+    own = lane.within.ruled.knots
+    tiny = 1e-3 * (u1 - u0)
+    knots = np.concatenate([[u0] * 4, own[(own > u0 + tiny) & (own < u1 - tiny)], [u1] * 4])
+    if not any(lane.cut):
+        tiny = 0.0
+        knots = np.concatenate([[u0] * 4, own[(own > u0) & (own < u1)], [u1] * 4])
+    off = np.inf
+    for _ in range(HALVINGS):
+        sites = np.clip(spline.greville(knots), u0, u1)
+        made = RuledPatch.through(knots, sites, *_ends(lane, sites))
+        spans = np.unique(knots)
+        t = np.array([0.07, 0.25, 0.5, 0.75, 0.93])
+        checks = spans[:-1, None] + t * np.diff(spans)[:, None]
+        away = made.edges(checks.ravel()) - _ends(lane, checks.ravel())
+        error = np.linalg.norm(away, axis=-1).max(axis=0).reshape(checks.shape).max(axis=1)
+        off = float(error.max())
+        if off <= TOLERANCE:
+            return made
+        if len(spans) > MOST_SPANS:
+            break
+        bad = error > TOLERANCE
+        knots = np.sort(np.concatenate([knots, (spans[1:] + spans[:-1])[bad] / 2.0]))
+    raise GeometryError(
+        mark,
+        f"its edge along the boundary can't be followed to {TOLERANCE:g} mm (found {off:.3g})",
+        "smooth the boundary there, or leave the panel whole: panels.trim = false",
+    )
 
 
-def _area_inside(edges: Edges, inside: Inside, u: Array) -> float:
-    """Area inside, by cells of a fine grid."""
-    first, second = edges(np.linspace(u[0], u[-1], 2 * len(u) - 1))
-    v = np.linspace(0.0, 1.0, 17)
-    grid = first[:, None] + v[:, None] * (second - first)[:, None]
-    a, b = grid[1:, :-1] - grid[:-1, :-1], grid[:-1, 1:] - grid[:-1, :-1]
-    size = np.linalg.norm(cross(a, b), axis=-1)
-    middle = (grid[1:, 1:] + grid[:-1, :-1]) / 2.0
-    return float(np.sum(size.ravel()[inside(middle.reshape(-1, 3))]))
+def _ends(lane: Lane, u: Array) -> Array:
+    """Points (2, k, 3) of both edges."""
+    _, low, high = lane.limits(u)
+    a, b = lane.within.ruled.edges(u)
+    return np.stack([a + low[:, None] * (b - a), a + high[:, None] * (b - a)])
 
 
-def _longest(inside: BoolArray) -> tuple[IntArray, IntArray]:
-    """Begin and end (exclusive) of the longest run of True in every row."""
-    rows, columns = inside.shape
-    run = np.zeros((rows, columns + 1), dtype=np.int64)
-    for k in range(columns):
-        run[:, k + 1] = np.where(inside[:, k], run[:, k] + 1, 0)
-    end = np.argmax(run, axis=1)
-    return end - run[np.arange(rows), end], end
+def _longest(good: BoolArray) -> tuple[int, int]:
+    """Begin and end (exclusive) of the longest run of True."""
+    step = np.diff(np.concatenate([[0], good.astype(np.int64), [0]]))
+    begin, end = np.flatnonzero(step == 1), np.flatnonzero(step == -1)
+    k = int(np.argmax(end - begin))
+    return int(begin[k]), int(end[k])
 
 
-def _ruled_area(ruled: RuledPatch) -> float:
-    first, second = ruled.edges(ruled.parameters(16))
-    return _grid_area(first, second)
-
-
-def _grid_area(first: Array, second: Array) -> float:
-    """Area between two polylines of corresponding points, by triangles."""
-    a, b, c, d = first[:-1], first[1:], second[:-1], second[1:]
-    halves = cross(b - a, c - a), cross(c - d, b - d)
+def _area(ruled: RuledPatch, u: Array, low: Array, high: Array) -> float:
+    """Area between v = low and v = high, by triangles."""
+    a, b = ruled.edges(u)
+    first, second = a + low[:, None] * (b - a), a + high[:, None] * (b - a)
+    p, q, r, s = first[:-1], first[1:], second[:-1], second[1:]
+    halves = cross(q - p, r - p), cross(r - s, q - s)
     return float(sum(np.linalg.norm(h, axis=1).sum() for h in halves) / 2.0)

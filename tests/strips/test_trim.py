@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from fabgeo.fitting.starts.net import model_through
+from fabgeo.panels.unfold import unfold
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.strips.ruled import RuledPatch
-from fabgeo.strips.trim import Fence, trim, trimmed_patch, trimmed_ruled
+from fabgeo.strips.trim import Fence, Piece, Rules, Trimmed, trim, trimmed_ruled
 from fabgeo.surfaces.base import SurfacePoints
+from fabgeo.surfaces.formula import FormulaSurface
 
 TURN = np.radians(30.0)
 C, S = np.cos(TURN), np.sin(TURN)
+SHARP = Rules(joint=0.0, shortest=0.1, least=0.1)
 
 
 class Square:
@@ -24,7 +30,10 @@ class Square:
     @property
     def loops(self) -> tuple[np.ndarray, ...]:
         corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 1e3
-        return (np.column_stack([corner @ [[C, S], [-S, C]], np.zeros(4)]),)
+        corner = np.column_stack([corner @ [[C, S], [-S, C]], np.zeros(4)])
+        t = np.arange(80)[:, None] / 80.0
+        after = np.roll(corner, -1, axis=0)
+        return (np.concatenate([(1 - t) * a + t * b for a, b in zip(corner, after, strict=True)]),)
 
     def closest(self, points: np.ndarray) -> SurfacePoints:
         uv = points[:, :2] @ np.array([[C, -S], [S, C]])
@@ -41,100 +50,169 @@ SQUARE = Square()
 
 
 @pytest.fixture(scope="module")
-def model() -> StripModel:
+def plane() -> StripModel:
     x, y = np.linspace(-1600.0, 1600.0, 9), np.linspace(-1600.0, 1600.0, 6)
     grid = np.stack(np.broadcast_arrays(x[None, :], y[:, None], np.zeros((6, 9))), axis=2)
     return model_through(grid, False, False)
 
 
-def area(outline: np.ndarray) -> float:
-    x, y = outline.T
-    return 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+def area(ruled: RuledPatch) -> float:
+    """By Gauss quadrature of |x_u x x_v| over knot spans: exact for planes."""
+    x, w = np.polynomial.legendre.leggauss(8)
+    total = 0.0
+    for low, high in pairwise(np.unique(ruled.knots)):
+        u = low + (high - low) * (x + 1.0) / 2.0
+        (a, b), (da, db) = ruled.edges(u), ruled.edges(u, 1)
+        for v, weight in zip((x + 1.0) / 2.0, w / 2.0, strict=True):
+            size = np.linalg.norm(np.cross((1 - v) * da + v * db, b - a), axis=1)
+            total += float(weight * (w / 2.0 * size).sum() * (high - low))
+    return total
 
 
-def test_trimmed_patches_add_up_to_the_surface(model):
-    # The square's corners are rounded within the knot spans of whole-strip patches.
-    # In (u, v) a cell is 400 x 640, so areas in parameters are areas in space / 256,000.
-    whole = [Patch(i, 0, 0.0, 8.0) for i in range(5)]
-    kept = [trimmed_patch(model, p, SQUARE, least=1e-3) for p in whole]
-    total = sum(area(p.outline) for p in kept if p is not None) * 400.0 * 640.0
-    assert total == pytest.approx(4e6, rel=6e-3)
-    shares = sum(p.share for p in kept if p is not None) * 3200.0 * 640.0
-    assert shares == pytest.approx(4e6, rel=6e-3)
+def cut_points(piece: Piece, per_span: int = 12) -> np.ndarray:
+    edges = piece.ruled.edges(piece.ruled.parameters(per_span))
+    return np.concatenate([np.empty((0, 3)), *(edges[k] for k in (0, 1) if piece.cut[k])])
 
 
-def test_trimmed_edges_lie_on_edge_curves_or_on_the_boundary(model):
-    piece = trimmed_patch(model, Patch(3, 0, 0.0, 8.0), SQUARE)
-    assert piece is not None
-    assert not piece.whole
-    points = piece.ruled.edges(piece.ruled.parameters(6)).reshape(-1, 3)
-    on_edge = np.min(np.abs(points[:, 1:2] - np.linspace(-1600.0, 1600.0, 6)), axis=1)
-    u, v = C * points[:, 0] + S * points[:, 1], -S * points[:, 0] + C * points[:, 1]
-    on_border = 1000.0 - np.maximum(np.abs(u), np.abs(v))
-    assert on_border.min() > -1.0
-    assert np.minimum(on_edge, np.abs(on_border)).max() < 5.0  # a corner of the square is rounded
+def test_pieces_of_a_plane_add_up_to_the_square(plane):
+    found = trim(plane, SQUARE, rules=SHARP)
+    assert sum(t.inside for _, t in found) == pytest.approx(
+        4e6, rel=1e-6
+    )  # tips are seen from 5 mm on
+    kept = sum(area(piece.ruled) for _, t in found for piece in t.pieces)
+    assert kept == pytest.approx(4e6, rel=1e-6)
 
 
-def test_rulings_of_a_trimmed_patch_are_the_strip_s_own(model):
-    piece = trimmed_patch(model, Patch(1, 0, 0.0, 8.0), SQUARE)
-    assert piece is not None
-    a, b = piece.ruled.edges(piece.ruled.parameters(4))
-    assert np.abs(a[:, 0] - b[:, 0]).max() < 1e-6  # rulings run in y
+def test_cut_edges_run_along_the_square_and_have_no_corner(plane):
+    for _, found in trim(plane, SQUARE, rules=SHARP):
+        for piece in found.pieces:
+            points = cut_points(piece)
+            u, v = C * points[:, 0] + S * points[:, 1], -S * points[:, 0] + C * points[:, 1]
+            assert np.abs(1000.0 - np.maximum(np.abs(u), np.abs(v))).max(initial=0.0) < 1e-4
+            for edge in piece.ruled.edges(np.linspace(piece.ruled.u0, piece.ruled.u1, 50), 1):
+                direction = edge / np.linalg.norm(edge, axis=1)[:, None]
+                assert np.abs(direction - direction[0]).max() < 1e-5
 
 
-def test_patches_inside_stay_exact_and_patches_outside_vanish(model):
-    inside = trimmed_patch(model, Patch(2, 1, 3.0, 5.0), SQUARE)
-    assert inside is not None
+def test_patches_inside_stay_exact_and_patches_outside_vanish(plane):
+    (_, inside), (_, outside) = trim(plane, SQUARE, [Patch(2, 1, 3.0, 5.0), Patch(0, 0, 0.0, 1.0)])
     assert inside.whole
     u = np.linspace(3.0, 5.0, 9)
-    assert np.allclose(inside.ruled.edges(u)[0], model.edge(2, u), atol=1e-9)
-    assert trimmed_patch(model, Patch(0, 0, 0.0, 1.0), SQUARE) is None
+    assert np.allclose(inside.pieces[0].ruled.edges(u)[0], plane.edge(2, u), atol=1e-9)
+    assert outside.pieces == ()
+    assert outside.inside == 0.0
 
 
-def test_intervals_of_strips_end_where_the_square_ends(model):
-    found = trim(model, SQUARE, 2)
-    assert len(found) == 5
-    # The middle strip covers y = -320 to 320; its last inside point is where the square's right
-    # side x = 1000 / C - y tan(30) meets y = -320.
-    last = (1000.0 / C + 320.0 * np.tan(TURN) + 1600.0) / 400.0
-    assert found[2].intervals[0][1] == pytest.approx(last, abs=1e-3)
+def test_joints_and_tips_are_taken_off_the_pieces(plane):
+    ruled = RuledPatch.of_model(plane, Patch(1, 0, 0.0, 8.0))
+    fence = Fence(SQUARE, plane)
+    sharp = trimmed_ruled(ruled, fence, fence.corners, SHARP)
+    rules = Rules(joint=20.0, shortest=50.0, least=100.0)
+    blunt = trimmed_ruled(ruled, fence, fence.corners, rules)
+    assert len(blunt.pieces) + blunt.dropped == len(sharp.pieces)
+    for one, other in zip(blunt.pieces[:-1], blunt.pieces[1:], strict=True):
+        assert (other.ruled.u0 - one.ruled.u1) * 400.0 == pytest.approx(20.0, abs=1e-6)
+        assert one.joined[1]
+        assert other.joined[0]
+    ends = [np.linalg.norm(np.subtract(*p.ruled.edges(np.array([u]))[:, 0])) for p in blunt.pieces
+            for u in (p.ruled.u0, p.ruled.u1)]  # fmt: skip
+    assert min(ends) == pytest.approx(50.0, abs=1e-6)
 
 
-class Fine(Square):
-    """The same with boundary points every 25 mm, as surfaces give them."""
-
-    @property
-    def loops(self) -> tuple[np.ndarray, ...]:
-        corner = super().loops[0]
-        t = np.arange(80)[:, None] / 80.0
-        after = np.roll(corner, -1, axis=0)
-        return (np.concatenate([(1 - t) * a + t * b for a, b in zip(corner, after, strict=True)]),)
-
-
-def test_a_fence_parts_points_as_the_surface_does(model):
-    fence = Fence(Fine(), model)
+def test_a_fence_parts_points_as_the_surface_does(plane):
+    fence = Fence(SQUARE, plane)
     assert fence.loops == (0,)
+    assert len(fence.corners) == 4
     points = np.random.default_rng(5).uniform(-1500.0, 1500.0, (4000, 3)) * [1.0, 1.0, 0.02]
-    assert np.array_equal(fence(points), ~SQUARE.closest(points).on_boundary)
+    assert np.array_equal(fence(points) >= 0.0, ~SQUARE.closest(points).on_boundary)
 
 
-def test_a_model_that_does_not_overhang_is_not_fenced(model):
-    small = StripModel(model.control * 0.4)
-    assert Fence(Fine(), small).loops == ()
-    ruled = RuledPatch.of_model(small, Patch(2, 0, 0.0, 8.0))
-    found = trimmed_ruled(ruled, Fence(Fine(), small))
-    assert found is not None
-    assert found.whole
+def test_a_model_that_does_not_overhang_is_not_fenced(plane):
+    small = StripModel(plane.control * 0.4)
+    assert Fence(SQUARE, small).loops == ()
+    assert all(found.whole for _, found in trim(small, SQUARE))
 
 
-def test_kept_and_lost_areas_add_up_to_what_is_inside(model):
-    fence = Fence(Fine(), model)
-    kept = lost = 0.0
-    for strip in range(5):
-        whole = RuledPatch.of_model(model, Patch(strip, 0, 0.0, 8.0))
-        found = trimmed_ruled(whole, fence, 0.25, 8.0)
-        assert found is not None
-        kept += found.share * 3200.0 * 640.0
-        lost += found.lost
-    assert lost > 0.0
-    assert kept + lost == pytest.approx(4e6, rel=5e-3)
+# A piece of a cylinder whose sides touch its rulings, one from outside and one from inside: the
+# map from (s, t) has the determinant (600 - 32 s) R, so its area is 2400 R.
+RADIUS = 5000.0
+CYLINDER = FormulaSurface(
+    "2000*s + 200*t", "5000*sin(a)", "5000*cos(a)", (-1.0, 1.0), (-1.0, 1.0),
+    {"s": "u", "t": "v", "a": "0.3*t + 0.08*s**2 + 0.03"},
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def barrel() -> StripModel:
+    """Strips whose rulings are the cylinder's, beyond the piece on all sides."""
+    a, x = np.linspace(-0.6, 0.6, 49), np.linspace(-3000.0, 3000.0, 9)
+    x, a = np.broadcast_arrays(x[:, None], a[None, :])
+    grid = np.stack([x, RADIUS * np.sin(a), RADIUS * np.cos(a)], axis=-1)
+    return model_through(grid, False, False)
+
+
+@pytest.fixture(scope="module")
+def cut(barrel) -> list[tuple[Patch, Trimmed]]:
+    patches = [Patch(i, k, 12.0 * k, 12.0 * k + 12.0) for i in range(8) for k in range(4)]
+    return trim(barrel, CYLINDER, patches, SHARP)
+
+
+def boundary(count: int = 20_000) -> np.ndarray:
+    """Dense points of the exact boundary."""
+    w, one = np.linspace(-1.0, 1.0, count), np.ones(count)
+    sides = [(w, one), (w, -one), (one, w), (-one, w)]
+    out = []
+    for s, t in sides:
+        a = 0.3 * t + 0.08 * s**2 + 0.03
+        out.append(np.stack([2e3 * s + 200 * t, RADIUS * np.sin(a), RADIUS * np.cos(a)], axis=-1))
+    return np.concatenate(out)
+
+
+def test_pieces_and_rest_add_up_to_the_cylinder(cut):
+    whole, inside = 2400.0 * RADIUS, sum(found.inside for _, found in cut)
+    assert inside == pytest.approx(whole, rel=2e-4)  # by chords
+    kept = sum(area(piece.ruled) for _, found in cut for piece in found.pieces)
+    assert kept == pytest.approx(whole, rel=1e-4)  # what TOUCH leaves beside touched rulings
+    assert kept < whole
+
+
+def test_cut_edges_lie_on_the_boundary_and_cover_it(cut):
+    exact = boundary()
+    made = np.concatenate([cut_points(p, 40) for _, found in cut for p in found.pieces])
+    assert KDTree(exact).query(made)[0].max() < 0.15  # 0.1 mm, and half the exact points' step
+    ends = [p.ruled.edges(np.array([u]))[:, 0] for _, found in cut for p in found.pieces
+            for u in (p.ruled.u0, p.ruled.u1)]  # fmt: skip
+    t = np.linspace(0.0, 1.0, 400)[:, None]
+    ends = [a + t * (b - a) for a, b in ends]  # rulings along which the boundary just touches
+    off = KDTree(np.concatenate([made, *ends])).query(exact)[0]
+    assert np.mean(off < 10.0) > 0.99
+
+
+def test_neighbours_keep_the_same_part_of_their_common_edge(cut):
+    def kept(strip: int, side: int) -> float:
+        pieces = [p for patch, found in cut if patch.strip == strip for p in found.pieces]
+        return sum(p.ruled.u1 - p.ruled.u0 for p in pieces if not p.cut[side])
+
+    for strip in range(7):
+        assert kept(strip, 1) == pytest.approx(kept(strip + 1, 0), abs=0.02)
+
+
+def test_pieces_are_developable_as_their_patches_and_unfold_exactly(cut):
+    sides = 0
+    for patch, found in cut:
+        for k, piece in enumerate(found.pieces):
+            u = piece.ruled.parameters(8)
+            (a, b), (da, db) = piece.ruled.edges(u), piece.ruled.edges(u, 1)
+            assert np.abs(a[:, 1:] - b[:, 1:]).max() < 1e-3  # the cylinder's own rulings
+            if min(np.linalg.norm(b - a, axis=1)) < 20.0:
+                continue
+            first, second = np.cross(da, b - a), np.cross(db, b - a)
+            sine = np.linalg.norm(np.cross(first, second), axis=1) / (
+                np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+            )
+            assert np.degrees(sine.max()) < 0.01
+            flat = unfold(piece.ruled, f"{patch.mark}-{k}", "steel", 2.0)
+            assert flat.certificate["edge_length_error_mm"] < 0.01
+            assert flat.certificate["area_error_rel"] < 1e-6
+            sides += 1
+    assert sides > 15
