@@ -34,10 +34,12 @@ class Surface(Table):
     """The design surface: a file, or a formula for x, y and z over a (u, v) domain.
 
     `file` is relative to the project file. `faces` picks faces of a CAD file by index or name.
-    `given` names a surface that a Python script holds and passes to the build.
+    `given` names a surface that a Python script holds and passes to the build. `scale` enlarges
+    what a file holds: 50 for a model at 1:50.
     """
 
     file: str | None = None
+    scale: Positive = 1.0
     given: str | None = None
     unit: Unit | None = None
     faces: list[int | str] | None = None
@@ -56,6 +58,8 @@ class Surface(Table):
         named = (self.file is not None) + (self.given is not None)
         if named + any(part is not None for part in formula) != 1:
             raise ValueError("give either file, or a formula by x, y, z, u and v")
+        if self.file is None and self.scale != 1.0:
+            raise ValueError("scale is for files; write it into the formula")
         if not named and any(part is None for part in formula):
             raise ValueError("a formula needs all of x, y, z, u and v")
         if not named and self.unit is None:
@@ -68,7 +72,8 @@ class Strips(Table):
 
     `overhang`: how far edges reach beyond the surface's boundary at their two ends, in parts of
     their length (start = "iso"; absent: only where no edge can end on the boundary). `cover`: the
-    weight by which such ends are kept beyond the boundary.
+    weight by which such ends are kept beyond the boundary. `give`: strips may give way towards
+    cheaper panels, up to so many mm from the surface.
     """
 
     kind: Literal["general", "conical", "circular", "geodesic"] = "general"
@@ -84,6 +89,7 @@ class Strips(Table):
     anchor: NonNegative = 1e-2
     cover: NonNegative = 0.0
     overhang: tuple[NonNegative, NonNegative] | None = None
+    give: Positive | None = None
 
 
 class Panels(Table):

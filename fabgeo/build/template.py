@@ -20,6 +20,7 @@ name = "First roof"
 # file = "roof.step"
 # unit = "m"              # for files that do not say: mm, cm, m, in, ft
 # faces = [0, 1]          # some faces of a CAD file, by number or name
+# scale = 50.0            # for a model at 1:50
 # or a formula of u and v (with [surface.define] for names used in it):
 unit = "m"
 u = [-4.0, 4.0]
@@ -34,6 +35,7 @@ kind = "general"          # general, conical (offsets, cells, beams), circular, 
 count = 8                 # strips
 # segments = 8            # knot spans along a strip
 # overhang = [0.0, 0.1]   # start = "iso": edges reach beyond the boundary by parts of their length
+# give = 30.0             # strips give way towards cheaper panels, at most so far off the surface
 # boundary = "auto"       # what is held on the boundary: edges, ends, all, none
 
 [panels]
@@ -45,6 +47,7 @@ material = "aluminium"
 # materials = { P-02-01 = "glass" }   # of single panels, by mark
 tolerance = 1.0           # how far a flat, cylindrical or conical panel may leave the fitted one
 angle = 1.0               # and how much kink it may add between neighbours
+# trim = true             # cut along the boundary where the model overhangs it (false: whole)
 # ends = 30.0             # how far their ends may move along the strip, neighbours with them
 # radii = 4               # most different radii of cylinders, or a list of them in mm
 # radii_step = 100.0      # radii are multiples of this

@@ -18,6 +18,7 @@ from fabgeo.fitting.objectives.fair_edges import FairEdges
 from fabgeo.fitting.objectives.fair_rulings import FairRulings
 from fabgeo.fitting.objectives.points import MountingPoints, closest_sites
 from fabgeo.fitting.objectives.proximity import EdgeProximity, MiddleProximity
+from fabgeo.fitting.objectives.towards import Towards
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.problem import StripProblem
 from fabgeo.fitting.quality import KIND_TERM, dense_sites
@@ -137,6 +138,9 @@ class Level:
             points = np.asarray(self.options.points) / self.reference.length
             edges, u = closest_sites(self.net, control, points)
             terms.append((MountingPoints(self.net, edges, u, points), weights.points))
+        if self.options.towards is not None:
+            drawn = Towards(self.coarse, self.options.towards, self.reference.length)
+            terms.append((drawn, weights.towards))
         for term, weight in terms:
             term.weight = weight
             if term.sites is self.coarse and term.name in self.importance:

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
+from fabgeo.fitting.objectives.towards import Shapes
 
 type BoundaryChoice = Literal["auto", "edges", "ends", "all", "none"]
 
@@ -29,6 +30,8 @@ class Weights:
         Distance of edges to given points.
     fair_edges, fair_rulings : float
         Bending of edge curves and ruling polygons, tangential to the surface.
+    towards : float
+        Distance of strips to the shapes they are drawn to.
     widths : float
         Difference of neighbouring ruling lengths.
     anchor : float
@@ -44,6 +47,7 @@ class Weights:
     boundary: float = 10.0
     cover: float = 0.0
     points: float = 10.0
+    towards: float = 1.0
     fair_edges: float = 1e-4
     fair_rulings: float = 1e-4
     widths: float = 1e-4
@@ -74,6 +78,8 @@ class FitOptions:
         or circular model is never held at its ends, as its net is the surface's own.
     points : (k, 3) array or None
         Mounting points that edge curves are to pass through, in the surface's unit.
+    towards : Shapes or None
+        Shapes that strips are drawn to, piece by piece.
     minimise : {"rms", "max"}
         Whether the root mean square or the largest deviation is made small.
     levels : int or None
@@ -98,6 +104,7 @@ class FitOptions:
     weights: Weights = field(default_factory=Weights)
     boundary: BoundaryChoice = "auto"
     points: Array | None = None
+    towards: Shapes | None = None
     minimise: Literal["rms", "max"] = "max"
     levels: int | None = None
     across: int = 0

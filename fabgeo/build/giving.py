@@ -1,0 +1,195 @@
+"""The model gives way: strips are drawn towards what their panels could cheaply be made as.
+
+Every panel has a closest plane, cylinder or cone. Where the cheapest of them is not far off, the
+model is fitted once more with its distance from it as a further term, and the panels are chosen
+anew: what that buys is told. A model that leaves the design surface by more than ``strips.give``,
+or costs no less, is not taken.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fabgeo.arrays import Array, IntArray
+from fabgeo.build.geometry import SPRINGING, lanes_of, limits_of, patches_of
+from fabgeo.build.model import options_of, outwards
+from fabgeo.build.progress import Clock
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.fitting.fit import FitResult, fit
+from fabgeo.fitting.starts import Start
+from fabgeo.panels.carrier import Carriers
+from fabgeo.panels.certify import deviation
+from fabgeo.panels.choose import JointChoice, choose
+from fabgeo.panels.limits import Costs
+from fabgeo.panels.pool import CLASSES
+from fabgeo.panels.samples import PanelInput
+from fabgeo.panels.search import Search
+from fabgeo.project import Project
+from fabgeo.strips.model import Patch, StripModel
+from fabgeo.structures import panels as layers
+
+TURNS = 3  # fits, each towards the shapes of the panels before
+NEAR = 8.0  # class tolerances: shapes further off are not worth the way
+PULL = 3.0  # weight of the first fit, against 1 of the surface
+WEAKER = 0.2  # of it where the model left the surface too far
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Shapes of the panels of a model, looked up by strip and place.
+
+    Attributes
+    ----------
+    carriers : Carriers
+        One a panel.
+    able : (p,) bool array
+        Whether the panel is drawn to it.
+    first : (strips,) int array
+        Number of each strip's first panel.
+    begins : tuple of arrays
+        Where a strip's panels begin, from 0 to 1 along it.
+    """
+
+    carriers: Carriers
+    able: Array
+    first: IntArray
+    begins: tuple[Array, ...]
+
+    def __call__(self, strip: IntArray, t: Array, points: Array) -> tuple[Array, Array]:
+        """See `fabgeo.fitting.objectives.towards.Shapes`; no distance where none is wanted."""
+        panel = np.empty(len(strip), dtype=np.int64)
+        for k, begins in enumerate(self.begins):
+            own = strip == k
+            at = np.searchsorted(begins, t[own], side="right") - 1
+            panel[own] = self.first[k] + at % len(begins)
+        shapes, each = self.carriers[panel], points[:, None]
+        wanted = self.able[panel]
+        return wanted * shapes.distance(each)[:, 0], wanted[:, None] * shapes.normal(each)[:, 0]
+
+
+def given_way(
+    project: Project,
+    initial: Start,
+    fitted: FitResult,
+    clock: Clock | None = None,
+    jobs: int | None = None,
+) -> tuple[FitResult, str]:
+    """The fit whose panels cost least, and what giving way has bought.
+
+    Raises
+    ------
+    InputError
+        If strips are divided by ``panels.width``: their pieces have no edges of their own to move.
+    """
+    asked = project.strips.give
+    if asked is None or project.panels is None:
+        return fitted, ""
+    clock = clock or Clock()
+    best, before = fitted, _chosen(project, outwards(fitted.model), jobs)
+    found, pull = before, PULL
+    for _ in range(TURNS):
+        clock.tell(f"strips towards shapes, panels cost {found.cost:g}")
+        options = options_of(project)
+        options = replace(
+            options,
+            towards=_shapes(project, outwards(best.model)),
+            weights=replace(options.weights, towards=pull),
+        )
+        try:
+            start = outwards(best.model)
+            made = fit(initial.reference, start, project.strips.kind, options)
+            anew = _chosen(project, outwards(made.model), jobs)
+        except GeometryError:
+            break  # strips folded on the way
+        if made.statistics["deviation_max"] > asked or _worse(made, fitted):
+            pull *= WEAKER
+            continue
+        if anew.cost >= found.cost:
+            break
+        best, found = made, anew
+    return best, _told(before, found, fitted, best, asked)
+
+
+def _worse(made: FitResult, fitted: FitResult) -> bool:
+    return made.status != "converged" and fitted.status == "converged"
+
+
+def _told(
+    before: JointChoice, after: JointChoice, fitted: FitResult, best: FitResult, asked: float
+) -> str:
+    least, most = (one.statistics["deviation_max"] for one in (fitted, best))
+    if best is fitted:
+        return (
+            f"give: the model within {asked:g} mm of the surface makes no panels cheaper than "
+            f"{before.cost:g}; it stays as fitted"
+        )
+    return (
+        f"give: panels cost {after.cost:g}, {before.cost:g} before the strips gave way "
+        f"({100 * (1 - after.cost / before.cost):.1f} % saved); {_shares(after)}, before "
+        f"{_shares(before)}; {most:.2f} mm off the surface, {least:.2f} mm before"
+    )
+
+
+def _shares(choice: JointChoice) -> str:
+    count = Counter(panel.cls for panel in choice.panels)
+    return ", ".join(f"{count[name]} {name}" for name in CLASSES if count[name])
+
+
+def _inputs(project: Project, model: StripModel) -> tuple[tuple[Patch, ...], list[PanelInput]]:
+    """Panels on the model itself."""
+    if lanes_of(project, model).strips != model.strips:
+        raise InputError(
+            "strips.give",
+            "moves whole strips, but panels.width divides some of them",
+            "ask for more strips, or leave panels.width out",
+        )
+    patches = patches_of(project, model)
+    plates = layers.panels(model, patches, layers.Layer("model", 0.0, 1.0, ""))
+    names = ("first", "second", "start", "end")
+    return patches, [
+        PanelInput(p.mark, p.mid, {side: p.shared[side] for side in names if side in p.shared})
+        for p in plates
+    ]
+
+
+def _chosen(project: Project, model: StripModel, jobs: int | None) -> JointChoice:
+    asked = project.panels
+    costs, radii, step = (
+        (Costs(), None, None)
+        if asked is None
+        else (Costs(**asked.costs), asked.radii, asked.radii_step)
+    )
+    _, inputs = _inputs(project, model)
+    limits = limits_of(project)
+    return choose(inputs, limits, costs, SPRINGING, radii=radii, radii_step=step, jobs=jobs)
+
+
+def _shapes(project: Project, model: StripModel) -> Drawn:
+    """The cheapest class of every panel that is near, and its closest shape."""
+    asked = project.panels
+    patches, inputs = _inputs(project, model)
+    limits = limits_of(project)
+    costs = Costs() if asked is None else Costs(**asked.costs)
+    search = Search(inputs, limits, costs)
+    fits = list(search.own.fits)
+    if asked is not None and (asked.radii is not None or asked.radii_step is not None):
+        search.limit_radii(asked.radii, asked.radii_step)
+        k = CLASSES.index("cylinder")
+        if len(search.radii):
+            fits[k] = search.rolled(np.arange(len(patches)), fits[k])[0]
+    off = np.stack([deviation(search.samples, own)[0] for own in fits], axis=1)
+    price = np.where(off <= NEAR * limits.deviation_mm, costs.by_kind[: len(fits)], np.inf)
+    kind, carriers = price.argmin(axis=1), fits[-1]
+    for k, own in enumerate(fits):
+        carriers = own.where(kind == k, carriers)
+    strips = np.array([patch.strip for patch in patches])
+    begins = np.array([patch.u0 for patch in patches]) / model.segments
+    return Drawn(
+        carriers,
+        np.isfinite(price.min(axis=1)).astype(np.float64),
+        np.searchsorted(strips, np.arange(model.strips)),
+        tuple(begins[strips == k] for k in range(model.strips)),
+    )
