@@ -7,8 +7,10 @@ import pytest
 
 from fabgeo.errors import InputError
 from fabgeo.fitting.covering import cover
+from fabgeo.fitting.fit import fit
 from fabgeo.fitting.planks import developed, opposite_congruence, planks
 from fabgeo.fitting.starts.net import model_through
+from fabgeo.strips.measures import measure
 from fabgeo.surfaces.formula import FormulaSurface
 
 BOWL = FormulaSurface("u", "v", "-2e-5*u**2 - 1e-5*v**2", (-5e3, 5e3), (-3e3, 3e3))
@@ -50,13 +52,21 @@ def test_strips_of_one_developable_are_congruent_but_not_oppositely():
 
 
 @pytest.mark.slow
-def test_a_covering_leaves_nothing_out_and_keeps_its_widths():
-    found = cover(BOWL, 3, 4, 8)
-    assert len(found.models) == 3
+def test_five_models_cover_an_interior_with_planks_of_one_width():
+    found = cover(BOWL, 5, 4)
+    assert len(found.models) == 5
     assert found.coverage == 1.0
-    assert min(low for low, _ in found.widths) > 0.8
-    assert max(high for _, high in found.widths) < 1.2
-    assert all(opposite_congruence(m).max() < 1e-3 for m in found.models)
+    assert min(low for low, _ in found.widths) > 0.95
+    assert max(high for _, high in found.widths) < 1.05
+    for model in found.models:
+        result = fit(BOWL, model, kind="geodesic")
+        assert result.status == "converged"
+        assert opposite_congruence(result.model).max() < 1e-4
+        told = measure(result.model)
+        assert told.geodesic is not None
+        assert np.degrees(told.geodesic.value) < 0.01
+        assert told.twist_deg.value < 0.02
+        assert max(plank.bow for plank in planks(result.model)) < 1.0
 
 
 def test_a_covering_of_nothing_is_refused():
