@@ -23,6 +23,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
@@ -44,7 +45,13 @@ from fabgeo.cad import kernel, measure
 from fabgeo.cad.assembly import Colour
 from fabgeo.cad.measure import check_solid
 from fabgeo.cad.report import SolidReport
-from fabgeo.cad.samples import EdgeSamples, FaceSamples, edge_samples, face_samples
+from fabgeo.cad.samples import (
+    EdgeSamples,
+    FaceSamples,
+    edge_samples,
+    face_samples,
+    gaussian_curvatures,
+)
 from fabgeo.errors import InputError
 
 
@@ -109,6 +116,11 @@ class ReadPart:
         """The faces of largest area: the two skins of a plate."""
         faces = sorted(kernel.faces(self.shape), key=measure.surface_area, reverse=True)
         return [face_samples(face, count) for face in faces[:number]]
+
+    def gaussian(self, number: int, count: int = 5) -> float:
+        """Largest Gaussian curvature of one face by size, 1/mm2; `number` as edges name faces."""
+        found = gaussian_curvatures(kernel.faces(self.shape)[number], count)
+        return float(np.abs(found).max(initial=0.0))
 
     def edges(self, count: int = 9) -> list[EdgeSamples]:
         """Every edge once, sampled at `count` even parameters."""

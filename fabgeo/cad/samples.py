@@ -90,6 +90,22 @@ def face_samples(face: TopoDS_Face, count: int) -> FaceSamples:
     )
 
 
+def gaussian_curvatures(face: TopoDS_Face, count: int) -> Array:
+    """Gaussian curvatures (k,) in 1/mm2 on a count x count grid of a face's parameters.
+
+    Holes are not left out: the surface goes on across them.
+    """
+    adaptor = BRepAdaptor_Surface(face)
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    found = []
+    for u in np.linspace(u0, u1, count).tolist():
+        for v in np.linspace(v0, v1, count).tolist():
+            local = BRepLProp_SLProps(adaptor, u, v, 2, 1e-9)
+            if local.IsNormalDefined() and local.IsCurvatureDefined():
+                found.append(local.GaussianCurvature())
+    return np.array(found)
+
+
 def _principal(local: BRepLProp_SLProps) -> tuple[Array, Array]:
     """Principal curvatures and directions, the larger by size first; zeros on planes."""
     if not local.IsCurvatureDefined():

@@ -18,6 +18,8 @@ PLACE = 0.15  # mm, the columns carry one decimal
 RADIUS = 0.01  # relative
 CURVATURE = 2e-7  # 1/mm: what a nearly flat plate's curvature is measured to
 TWIST = 0.003  # degrees
+GAUSSIAN = 1e-6  # times size squared: of a rise of 0.25 mm along and across 2 m
+UNEVEN = 4.0  # how much faster than evenly normals may turn somewhere along a ruling
 DEPTH = 1.0  # mm: a beam's depth over its web's rulings and flanges
 SHAPED = {"half_angle_deg": ("cone",)}  # columns that panels of some classes have
 FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
@@ -92,6 +94,7 @@ def _bent(
     if stated is not None:
         within = TWIST + 0.05 * stated
         findings.near(mark, "twist_max_deg of its solid", float(twist.max()), stated, within)
+    _developable(package, mark, plate, findings)
     radii = plate.radii
     low, high = number(row, "radius_min_mm"), number(row, "radius_max_mm")
     kind = row.get("class", "developable")
@@ -107,6 +110,22 @@ def _bent(
             findings.add(mark, key, words, row.get(key) or "none")
     if kind in ("flat", "cylinder", "cone"):
         _class(package, mark, kind, row, plate, unit(first + second), findings)
+
+
+def _developable(package: WrittenPackage, mark: str, plate: SolidPlate, findings: Findings) -> None:
+    """Gaussian curvature of the skins: none but what the twist along rulings brings with it.
+
+    Normals that turn by t along a ruling of length w bend a skin by -(t / w)^2.
+    """
+    first, second = plate.four_sided
+    width = float(np.linalg.norm(second - first, axis=1).min())
+    size = float(plate.lengths.sum()) / 4.0
+    part = (package.review.get("parts") or {}).get(mark) or {}
+    twist = np.radians(float(part.get("twist_max_deg") or 0.0))
+    limit = max(GAUSSIAN, float(UNEVEN * twist * size / max(width, 1e-9)) ** 2)
+    if plate.gaussian > limit:
+        what, words = "Gaussian curvature times size squared", f"at most {limit:.3g}"
+        findings.add(mark, what, words, plate.gaussian)
 
 
 def _within(radius: float) -> float:

@@ -67,8 +67,9 @@ def _measure(solid: tuple[ReadPart, bool], measured: Measured, findings: Finding
         plate = solid_plate(part, *of_part)
         if plate is None:
             findings.add(part.name, "solid", "a plate with two skins", "another shape")
-        else:
-            measured.plates[part.name] = plate
+            return
+        measured.plates[part.name] = plate
+        measured.worst("gaussian_curvature_size2", plate.gaussian)
 
 
 def _fixing(part: ReadPart) -> int | None:

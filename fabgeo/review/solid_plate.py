@@ -48,6 +48,8 @@ class SolidPlate:
         Mean distance of the skins along the edges in mm.
     openings : tuple of (n, 3) arrays
         Rims of the openings through both skins, at mid-surface.
+    gaussian : float
+        Largest Gaussian curvature of the skins, times the square of the plate's size.
     """
 
     mark: str
@@ -57,6 +59,7 @@ class SolidPlate:
     straight: tuple[bool, ...]
     thickness: float
     openings: tuple[Array, ...]
+    gaussian: float = 0.0
 
     @cached_property
     def lengths(self) -> Array:
@@ -137,6 +140,7 @@ def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | No
     outer = max(loops, key=lambda loop: sum(polyline_length(side.points) for side in loop))
     if len(outer) < 3:
         return None
+    size = sum(polyline_length(side.points) for side in outer) / 4.0
     return SolidPlate(
         part.name,
         volume,
@@ -147,6 +151,7 @@ def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | No
         tuple(
             np.concatenate([side.points for side in loop]) for loop in loops if loop is not outer
         ),
+        max(part.gaussian(one), part.gaussian(two)) * size**2,
     )
 
 
