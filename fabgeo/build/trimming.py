@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fabgeo.project import Project
 
 SHORTEST = 20.0  # mm: a cut panel's tip ends where its rulings get shorter
-LEAST_LENGTH = 150.0  # mm: a cut panel shorter than this along its strip is dropped
+LEAST_LENGTH = 80.0  # mm: a cut panel shorter than this along its strip is dropped
 
 FACING: Mapping[Side, Side] = {
     "first": "second",

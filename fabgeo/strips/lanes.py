@@ -52,7 +52,7 @@ class Lane:
                 row[:] = end
         return u, out[0], out[1]
 
-    def dense(self, count: int = 97) -> Array:
+    def dense(self, count: int = 65) -> Array:
         """Parameters that are close together at both ends."""
         t = (1.0 - np.cos(np.linspace(0.0, np.pi, count))) / 2.0
         return self.u0 + (self.u1 - self.u0) * t

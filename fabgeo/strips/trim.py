@@ -35,7 +35,8 @@ __all__ = ["Fence", "Piece", "Rules", "Trimmed", "trim", "trimmed_ruled"]
 
 TOLERANCE = 5e-3  # mm, of a cut edge from where the rulings meet the boundary
 TOUCH = 0.5  # mm left open at least beside a ruling that the boundary touches: it is endless steep
-HALVINGS = 24  # of knot spans, until the tolerance is met
+ROUNDS = 24  # of parting knot spans, until the tolerance is met
+CHECKS = np.array([0.07, 0.25, 0.5, 0.75, 0.93])  # of a knot span, where it is measured
 MOST_SPANS = 400
 
 
@@ -184,7 +185,7 @@ def _piece(lane: Lane, lanes: Sequence[Lane], rules: Rules, mark: str) -> Piece 
         ends[k] = u + sign * step / pace(ruled, u)
     if ends[1] - ends[0] <= 0.0:
         return None
-    u = np.unique(np.concatenate([np.linspace(ends[0], ends[1], 65), lane.u]))
+    u = np.unique(np.concatenate([np.linspace(ends[0], ends[1], 33), lane.u]))
     u = u[(u >= ends[0]) & (u <= ends[1])]
     enough = lane.widths(u) >= rules.shortest
     if not enough.any():
@@ -211,29 +212,27 @@ def _shrunk(lane: Lane, good: float, bad: float, least: float) -> float:
 
 
 def _through(lane: Lane, u0: float, u1: float, mark: str) -> RuledPatch:
-    """Both edges interpolated, knot spans halved where they leave the boundary."""
+    """Both edges interpolated, knot spans parted where they leave the boundary."""
     own = lane.within.ruled.knots
-    tiny = 1e-3 * (u1 - u0)
+    tiny = 1e-3 * (u1 - u0) if any(lane.cut) else 0.0  # no slivers of spans but on exact parts
     knots = np.concatenate([[u0] * 4, own[(own > u0 + tiny) & (own < u1 - tiny)], [u1] * 4])
-    if not any(lane.cut):
-        tiny = 0.0
-        knots = np.concatenate([[u0] * 4, own[(own > u0) & (own < u1)], [u1] * 4])
     off = np.inf
-    for _ in range(HALVINGS):
+    for _ in range(ROUNDS):
         sites = np.clip(spline.greville(knots), u0, u1)
-        made = RuledPatch.through(knots, sites, *_ends(lane, sites))
         spans = np.unique(knots)
-        t = np.array([0.07, 0.25, 0.5, 0.75, 0.93])
-        checks = spans[:-1, None] + t * np.diff(spans)[:, None]
-        away = made.edges(checks.ravel()) - _ends(lane, checks.ravel())
-        error = np.linalg.norm(away, axis=-1).max(axis=0).reshape(checks.shape).max(axis=1)
+        checks = spans[:-1, None] + CHECKS * np.diff(spans)[:, None]
+        points = _ends(lane, np.concatenate([sites, checks.ravel()]))
+        made = RuledPatch.through(knots, sites, *points[:, : len(sites)])
+        away = np.linalg.norm(made.edges(checks.ravel()) - points[:, len(sites) :], axis=-1)
+        error = away.max(axis=0).reshape(checks.shape).max(axis=1)
         off = float(error.max())
         if off <= TOLERANCE:
             return made
         if len(spans) > MOST_SPANS:
             break
-        bad = error > TOLERANCE
-        knots = np.sort(np.concatenate([knots, (spans[1:] + spans[:-1])[bad] / 2.0]))
+        bad, parts = error > TOLERANCE, np.where(error > 16.0 * TOLERANCE, 3, 2)
+        fresh = [np.linspace(*spans[k : k + 2], parts[k] + 1)[1:-1] for k in np.flatnonzero(bad)]
+        knots = np.sort(np.concatenate([knots, *fresh]))
     raise GeometryError(
         mark,
         f"its edge along the boundary can't be followed to {TOLERANCE:g} mm (found {off:.3g})",
