@@ -1,10 +1,12 @@
 """Time of unfolding with certificates and of writing part files, per part and for 3,600 parts.
 
 Run: python tests/benchmarks/bench_unfold.py [parts]
+     python tests/benchmarks/bench_unfold.py whole [parts]     the wall clock, two processes
 """
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 import time
@@ -15,7 +17,9 @@ import numpy as np
 from fabgeo import spline
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import unfold
-from fabgeo.sheets.dxf import DxfStyle, drawn, write_part
+from fabgeo.sheets.drawn import with_contour
+from fabgeo.sheets.dxf import DxfStyle, drawn, write_nests, write_part, write_parts
+from fabgeo.sheets.stock import Nest, Placement, Sheet, Stock
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Hole
 
@@ -71,6 +75,43 @@ def main(count: int) -> None:
         report("part files, arcs included", time.process_time() - start, count)
 
 
+def whole(count: int) -> None:
+    """Unroll all parts, then write all files and sheets of five parts, two processes each time."""
+    from joblib import Parallel, delayed
+
+    work = [(f"P-{k:04d}", mid, hole_in(mid)) for k, mid in enumerate(map(patch, range(count)))]
+    style = DxfStyle()
+    start = time.perf_counter()
+    parts: list[FlatPart] = list(Parallel(2, batch_size=8)(delayed(one)(*w, style) for w in work))
+    print(f"{count} parts with certificates and arcs {time.perf_counter() - start:.1f} s")
+    stock = Stock("4000", "al", 3.0, 4000.0, 4000.0)
+    sheets = [
+        Sheet(
+            f"SHEET-{k:03d}",
+            stock,
+            tuple(
+                Placement(part.mark, 10.0, 10.0 + 780.0 * j, 0.0)
+                for j, part in enumerate(parts[5 * k : 5 * k + 5])
+            ),
+            0.5,
+        )
+        for k in range(count // 5)
+    ]
+    nest = Nest("al", 3.0, tuple(sheets), {}, 0.5, 6.0, 10.0)
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        made = write_parts(parts, Path(folder) / "parts", style, 2)
+        write_nests([nest], made, Path(folder) / "nests", style, 2)
+        seconds = time.perf_counter() - start
+        files = len(list(Path(folder).rglob("*.dxf")))
+    print(f"{files} DXF files, with pictures of sheets and bend tables {seconds:.1f} s")
+    print(f"load {os.getloadavg()[0]:.1f}")
+
+
+def one(mark: str, mid: RuledPatch, hole: Hole, style: DxfStyle) -> FlatPart:
+    return with_contour(unfold(mid, mark, "al", 3.0, [hole]), style)
+
+
 def report(what: str, seconds: float, count: int) -> None:
     print(
         f"{what:28s} {1e3 * seconds / count:7.2f} ms a part, "
@@ -80,4 +121,7 @@ def report(what: str, seconds: float, count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    if sys.argv[1:2] == ["whole"]:
+        whole(int(sys.argv[2]) if len(sys.argv) > 2 else ALL)
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
