@@ -143,11 +143,16 @@ def _add_part(space: Any, made: Drawn, placement: Placement, style: DxfStyle) ->
         points = move(stroke)
         vertices = np.column_stack([points, np.zeros(len(points))])
         _polyline(space, vertices, style, "MARK", closed=False)
-    x, y = move(made.label.centre[None])[0].tolist()
-    height = made.label.height or 2.5
-    space.add_text(
-        part.mark, dxfattribs={"layer": style.layer("INFO"), "height": height, "insert": (x, y)}
-    )
+    label = made.label  # the text stands small under its strokes, within the room they were given
+    down = 0.64 * label.height * np.array([np.sin(label.angle), -np.cos(label.angle)])
+    x, y = move((label.centre + down)[None])[0].tolist()
+    attributes = {
+        "layer": style.layer("INFO"),
+        "height": 0.13 * label.height or 2.5,
+        "rotation": float(np.degrees(label.angle + placement.rotation)),
+        "insert": (x, y),
+    }
+    space.add_text(part.mark, dxfattribs=attributes)
 
 
 def _motion(placement: Placement) -> Any:
