@@ -7,6 +7,7 @@ import os
 import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from fabgeo.build.drawn import write_flats
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
 from fabgeo.build.models import write_models
+from fabgeo.build.places import places
 from fabgeo.build.progress import Clock
 from fabgeo.build.record import record_of
 from fabgeo.build.solids import Built, tree_of
@@ -69,19 +71,20 @@ class Package:
         """The project's name."""
         return self.design.project.name
 
-    @property
+    @cached_property
     def failures(self) -> list[str]:
-        """One line for every verdict that fails."""
+        """One line for every verdict that fails, with the place."""
         lines = [
             f"{mark}: {part['reason']}"
             for mark, part in self.review["parts"].items()
             if part["verdict"] == "fail"
         ]
-        return lines + [
-            f"package: {key} is {found}, limit {bound}"
-            for key, found, bound, verdict in self.figures()
-            if verdict == "fail"
-        ]
+        failed = {key: row for key, *row in self.figures() if row[2] == "fail"}
+        where = places(self.design, failed)
+        for key, (found, bound, _) in failed.items():
+            told = f": {where[key]}" if key in where else ""
+            lines.append(f"package: {key} is {found}, limit {bound}{told}")
+        return lines
 
     @property
     def passed(self) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fabgeo.errors import InputError
 from fabgeo.project import Project, Surface, parse_project, read_project
 from fabgeo.surfaces.base import DesignSurface, size_of
-from fabgeo.surfaces.units import check_size, unit_of
+from fabgeo.surfaces.units import SMALLEST, check_size, unit_of
 
 if TYPE_CHECKING:
     from fabgeo.surfaces.inspect import Inspection
@@ -44,7 +44,16 @@ def surface_of(project: Project, base: Path) -> DesignSurface:
     if not path.is_file():
         raise InputError(str(path), "no such file", "surface.file is relative to the project file")
     options: dict[str, Any] = {} if asked.faces is None else {"faces": asked.faces}
-    return read_surface(path, unit=asked.unit, **options)
+    surface = read_surface(path, unit=asked.unit, scale=asked.scale, **options)
+    size = size_of(surface)
+    if surface.unit is not None and size < SMALLEST:  # the file's own unit makes it no building
+        raise InputError(
+            path.name,
+            f"the file says its unit is {surface.unit.name}: the surface's diagonal is "
+            f"{size:.4g} mm; expected {SMALLEST:g} mm at least",
+            "set surface.scale, such as 50.0 for a model at 1:50",
+        )
+    return surface
 
 
 def with_surface(project: Project | Mapping[str, Any], given: object) -> Project:

@@ -15,7 +15,7 @@ from fabgeo.surfaces.base import size_of
 from fabgeo.surfaces.loft import SectionSurface
 from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.meshsurface import MeshSurface
-from fabgeo.surfaces.nurbs import NurbsSurface
+from fabgeo.surfaces.nurbs import NurbsFace, NurbsSurface
 from fabgeo.surfaces.quadgrid import GridSurface, quad_grid
 from fabgeo.surfaces.sectionfile import read_sections
 from fabgeo.surfaces.sections import Sections
@@ -37,6 +37,7 @@ def read_surface(
     piece: int | str | None = None,
     layer: str | None = None,
     closed: bool | None = None,
+    scale: float = 1.0,
 ) -> FileSurface:
     """The design surface that a file holds, in millimetres.
 
@@ -58,6 +59,8 @@ def read_surface(
         Only the curves of this layer of a DXF file.
     closed : bool, optional
         Whether sections are closed curves.
+    scale : float
+        What its lengths, in its unit, are times: 50 for a model at 1:50.
 
     Raises
     ------
@@ -78,13 +81,13 @@ def read_surface(
     if not path.is_file():
         raise InputError(str(path), "there is no such file", "check the path")
     if suffix in STEP or suffix in IGES or suffix == ".3dm":
-        surface, found = _cad(path, unit, faces, piece)
+        surface, found = _cad(path, unit, faces, piece, scale)
     elif suffix in meshfile.SUFFIXES:
         mesh = meshfile.read_mesh(path, piece)
-        found = unit_of(path.name, _diagonal(mesh.vertices), unit)
-        surface = mesh_surface(scaled_mesh(mesh, found.scale), path.name)
+        found = unit_of(path.name, scale * _diagonal(mesh.vertices), unit)
+        surface = mesh_surface(scaled_mesh(mesh, scale * found.scale), path.name)
     else:
-        surface, found = _sections(path, unit, layer, closed)
+        surface, found = _sections(path, unit, layer, closed, scale)
     check_size(path.name, size_of(surface), found)
     surface.unit = found
     return surface
@@ -105,7 +108,11 @@ def scaled_mesh(mesh: Mesh, scale: float) -> Mesh:
 
 
 def _cad(
-    path: Path, unit: str | None, faces: Sequence[int | str] | None, piece: int | str | None
+    path: Path,
+    unit: str | None,
+    faces: Sequence[int | str] | None,
+    piece: int | str | None,
+    scale: float,
 ) -> tuple[FileSurface, Unit]:
     """Surfaces of files that carry their unit; a given unit is only compared."""
     if path.suffix.lower() == ".3dm":
@@ -114,15 +121,15 @@ def _cad(
         content = read_3dm(path, faces, piece)
         own = content.unit
         surface: FileSurface = (
-            NurbsSurface(content.faces, path.name)
+            NurbsSurface(_scaled_faces(content.faces, scale), path.name)
             if content.mesh is None
-            else mesh_surface(content.mesh, path.name)
+            else mesh_surface(scaled_mesh(content.mesh, scale), path.name)
         )
     else:
         from fabgeo.cad.read import read_with_unit
 
         found, own = read_with_unit(path, faces)
-        surface = NurbsSurface(found, path.name)
+        surface = NurbsSurface(_scaled_faces(found, scale), path.name)
     if unit is not None and own in MILLIMETRES and unit != own:
         raise InputError(
             path.name,
@@ -133,7 +140,7 @@ def _cad(
 
 
 def _sections(
-    path: Path, unit: str | None, layer: str | None, closed: bool | None
+    path: Path, unit: str | None, layer: str | None, closed: bool | None, scale: float
 ) -> tuple[FileSurface, Unit]:
     stated: str | None = None
     if path.suffix.lower() == ".dxf":
@@ -145,8 +152,12 @@ def _sections(
     if unit is None and stated is not None:
         found = Unit(stated, MILLIMETRES[stated], STATED)
     else:
-        found = unit_of(path.name, _diagonal(np.concatenate(sections.points)), unit)
-    return SectionSurface(_scaled_sections(sections, found.scale), path.name), found
+        found = unit_of(path.name, scale * _diagonal(np.concatenate(sections.points)), unit)
+    return SectionSurface(_scaled_sections(sections, scale * found.scale), path.name), found
+
+
+def _scaled_faces(faces: Sequence[NurbsFace], scale: float) -> list[NurbsFace]:
+    return [replace(face, poles=face.poles * scale) for face in faces]
 
 
 def _scaled_sections(sections: Sections, scale: float) -> Sections:

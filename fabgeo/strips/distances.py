@@ -13,6 +13,7 @@ from fabgeo.strips.measures import worst
 from fabgeo.surfaces.base import DesignSurface
 
 ACROSS = 9  # sample points on a ruling, both ends included
+EXACT = 1e-6  # of the surface's size: rulings that sag less are straight on it
 OVERHANG = 0.1  # mean rulings beyond the boundary from which a sample is overhang, to be cut off
 
 
@@ -21,7 +22,8 @@ def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int
 
     The deviation is the distance from the surface along its normal. Where a sample lies beside
     the surface, its distance past the boundary is the overhang instead; what overhangs by more
-    than `OVERHANG` is cut off later and counts neither in deviations nor in the sag limit.
+    than `OVERHANG` is cut off later and counts neither in deviations nor in the sag limit. Where
+    rulings lie on the surface, the deviation is compared with `EXACT` of its size in place of it.
     """
     v = np.linspace(0.0, 1.0, ACROSS)
     p0, p1 = f.sides(f.p)
@@ -42,13 +44,14 @@ def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int
         deviation, kappa = np.where(counts, deviation, 0.0), np.where(counts, kappa, 0.0)
     sag = kappa.max(axis=1) * f.length**2 / 16.0
     limit, most = worst(sag, f.u), worst(deviation.max(axis=1), f.u)
+    bound = max(limit.value, EXACT * float(np.linalg.norm(np.ptp(surface.bounds, axis=0))))
     back, place = _back(model, f, x, surface, samples)
     return {
         "deviation_max": most,
         "deviation_rms": float(np.sqrt(np.sum(deviation**2) / max(int(counts.sum()), 1))),
         "overhang_max": worst(beside.max(axis=1), f.u),
         "sag_limit": limit,
-        "deviation_over_sag_limit": most.value / limit.value if limit.value > 0.0 else None,
+        "deviation_over_sag_limit": most.value / bound if bound > 0.0 else None,
         "surface_to_model_max": float(back.max()),
         "surface_to_model_rms": float(np.sqrt(np.mean(back**2))),
         "surface_to_model_at": place,

@@ -10,6 +10,7 @@ import numpy as np
 
 from fabgeo.arrays import Array, BoolArray
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
+from fabgeo.surfaces.creases import sharpest
 from fabgeo.surfaces.nurbs import NurbsSurface
 
 SAMPLES = 4000
@@ -264,6 +265,9 @@ def _notes(surface: DesignSurface, umbilic: BoolArray, flat: BoolArray, signs: A
         )
     if flat.mean() > 0.01:
         notes.append(f"{100 * flat.mean():.0f} % of the area is flat")
+    crease = sharpest(surface)
+    if crease is not None:
+        notes.append(f"{crease}: no strip is smooth across, choose faces of one smooth sheet")
     if len(signs) and 0.02 < np.mean(signs > 0) < 0.98:
         notes.append("the surface is partly dome-like, partly saddle-like")
     correspondence = getattr(surface, "correspondence", None)

@@ -105,3 +105,15 @@ def test_an_output_path_that_is_a_file_is_refused(tmp_path: Path) -> None:
     done = fabgeo("build", tmp_path / "p.toml", "--out", tmp_path / "out")
     assert done.code == 2
     assert (tmp_path / "out").read_text() == "keep me"
+
+
+def test_a_model_at_a_small_scale_is_told_from_a_building(tmp_path: Path) -> None:
+    import build123d as b3d
+
+    b3d.export_step(b3d.Sphere(30.0).faces()[0], tmp_path / "ball.step")
+    project = tmp_path / "p.toml"
+    project.write_text('[surface]\nfile = "ball.step"\n[panels]\ncount = 2\n')
+    done = fabgeo("build", project, "--out", tmp_path / "out")
+    assert done.code == 2
+    assert "surface.scale" in done.err
+    assert not (tmp_path / "out").exists()

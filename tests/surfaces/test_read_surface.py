@@ -241,3 +241,20 @@ def test_shared_conical_mesh(shared_data):
     assert surface.grid.shape == (31, 37, 3)
     low, high = surface.bounds
     assert sorted((high - low) / 1000) == pytest.approx([16.2, 28.4, 30.0], abs=0.1)
+
+
+def test_a_scale_enlarges_what_a_file_holds(fixtures, tmp_path):
+    canopy = fixtures / "canopy" / "canopy.step"
+    once, twice = read_surface(canopy), read_surface(canopy, scale=2.0)
+    assert twice.bounds == pytest.approx(2.0 * once.bounds)
+    (tmp_path / "plate.obj").write_text(PLATE)
+    plate = read_surface(tmp_path / "plate.obj", unit="m", scale=50.0)
+    assert np.ptp(plate.bounds, axis=0) == pytest.approx([200e3, 150e3, 10e3])
+
+
+def test_inspection_for_people_has_units(fixtures):
+    lines = inspect(read_surface(fixtures / "canopy" / "canopy.step")).lines()
+    text = "\n".join(lines)
+    assert "size       18 x 9.162 x 1.562 m" in text
+    assert "-0.0777 to -0.05688 per m, radius from 12.87 m" in text
+    assert 'start = "principal", direction = "larger", count = 10' in text

@@ -25,6 +25,7 @@ from fabgeo.fitting.starts.sections import sections_start
 from fabgeo.fitting.starts.trial import UNTWISTED, trial_twist
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
+from fabgeo.surfaces.creases import sharpest
 from fabgeo.surfaces.trace_extension import Extended
 
 # Every method: (surface, strips, segments, direction, seed, **options) -> model, notes.
@@ -215,7 +216,7 @@ def _auto(
     best = tried[0]
     if best.model is None or best.score == float("inf"):
         reasons = "; ".join(f"{c.name}: {c.problem}" for c in tried)
-        raise InputError(surface.name, f"no start holds on it ({reasons})", "name a method")
+        raise InputError(surface.name, f"no start holds on it ({reasons})", _cure(surface))
     return Start(
         best.model,
         best.method,
@@ -223,6 +224,17 @@ def _auto(
         tried,
         list(best.notes),
         _reference(best.model, surface),
+    )
+
+
+def _cure(surface: DesignSurface) -> str:
+    """What keeps strips off a surface of several faces, and what to do."""
+    crease = sharpest(surface)
+    if crease is None:
+        return "name a method"
+    return (
+        f"no strip is smooth across its creases ({crease}): choose the faces of one smooth sheet "
+        "by surface.faces (`fabgeo inspect` lists them), or name a method"
     )
 
 
