@@ -18,6 +18,12 @@ function recolour() {
   const mode = $("colour").value, scheme = colouring(mode);
   legend(mode, scheme);
   if (view) view.colour(scheme, selected);
+  else colourStill();
+}
+
+// The still picture: shown without WebGL and on paper.
+function colourStill() {
+  const scheme = colouring($("colour").value);
   document.querySelectorAll("#still path").forEach((node) => {
     const row = ROWS.get(node.dataset.mark)?.values, shade = Number(node.dataset.shade);
     const base = scheme.colour(row);
@@ -74,7 +80,7 @@ recolour();
 $("theme").addEventListener("click", theme);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view?.draw());
 $("print").addEventListener("click", () => window.print());
-window.addEventListener("beforeprint", () => tables.more(tables.rows.length));
+window.addEventListener("beforeprint", () => { tables.more(tables.rows.length); colourStill(); });
 $("search").addEventListener("input", (e) => {
   const text = e.target.value.trim().toUpperCase();
   const mark = text && (ROWS.has(text) ? text : [...ROWS.keys()].find((m) => m.toUpperCase().startsWith(text)));

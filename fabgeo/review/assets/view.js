@@ -1,13 +1,22 @@
 // The 3D view: all parts of a family in one buffer, each part a range of its vertices.
 const FAMILIES = ["panels", "cells", "beams", "connectors"];
-const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+
+function bytes(text) {
+  const raw = atob(text), out = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
+  return out.buffer;
+}
 
 function decode() {
   const steps = new Uint16Array(bytes(DATA.parts.steps));
   let at = 0;
   return DATA.parts.index.map(([mark, family, n, k, x, y, z, size, nx, ny, nz, row]) => {
-    const points = new Float32Array(3 * n * k), low = [x, y, z];
-    for (let i = 0; i < points.length; i++) points[i] = low[i % 3] + steps[at++] / 65535 * size;
+    const points = new Float32Array(3 * n * k), step = size / 65535;
+    for (let i = 0; i < points.length; i += 3, at += 3) {
+      points[i] = x + steps[at] * step;
+      points[i + 1] = y + steps[at + 1] * step;
+      points[i + 2] = z + steps[at + 2] * step;
+    }
     return { mark, family, n, k, points, normal: [nx, ny, nz], row };
   });
 }
