@@ -67,7 +67,7 @@ class Trims:
     def __str__(self) -> str:
         return (
             f"{len(self.cut)} panels are cut along the boundary, {len(self.outside)} lie wholly "
-            f"beyond it, of {len(self.slivers)} rests are too small to make; tips, rests and "
+            f"beyond it, {len(self.slivers)} have pieces too small to make; tips, these pieces and "
             f"joints between pieces leave {self.lost / 1e6:.2f} m2 open"
         )
 
