@@ -35,7 +35,7 @@ class Surface(Table):
 
     `file` is relative to the project file. `faces` picks faces of a CAD file by index or name.
     `given` names a surface that a Python script holds and passes to the build. `scale` enlarges
-    what a file holds: 50 for a model at 1:50.
+    what a file or formula describes: 50 for a model at 1:50.
     """
 
     file: str | None = None
@@ -58,8 +58,6 @@ class Surface(Table):
         named = (self.file is not None) + (self.given is not None)
         if named + any(part is not None for part in formula) != 1:
             raise ValueError("give either file, or a formula by x, y, z, u and v")
-        if self.file is None and self.scale != 1.0:
-            raise ValueError("scale is for files; write it into the formula")
         if not named and any(part is None for part in formula):
             raise ValueError("a formula needs all of x, y, z, u and v")
         if not named and self.unit is None:

@@ -16,6 +16,7 @@ import fcntl
 import json
 import os
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
@@ -27,6 +28,7 @@ from fabgeo.review.manifest import sha256_of
 MANIFEST = "manifest.json"
 LEDGER = "files.json"
 WORK = ".fabgeo"  # the lock and what a later build can use again
+LONG = 20.0  # seconds of this process from which a failed build's work is kept
 FULL = {
     errno.ENOSPC: "the disk is full",
     errno.EDQUOT: "the disk quota is used up",
@@ -173,9 +175,10 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
 
     Notes
     -----
-    Where the input is bad, a folder that was not there before is not there afterwards.
+    Where the input is bad, a folder that was not there before is not there afterwards, unless
+    work that took long would be lost: then its hidden folder stays for the next build.
     """
-    path = Path(path)
+    path, begin = Path(path), time.process_time()
     made = not path.exists()
     try:
         (path / WORK).mkdir(parents=True, exist_ok=True)
@@ -196,7 +199,8 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
         try:
             yield folder
         except (InputError, GeometryError):
-            if made and {p.name for p in path.iterdir()} == {WORK}:
+            bare = {p.name for p in path.iterdir()} == {WORK}
+            if made and bare and time.process_time() - begin < LONG:
                 shutil.rmtree(path)
             raise
         except OSError as error:

@@ -81,7 +81,7 @@ def _formula(asked: Surface, name: str) -> DesignSurface:
         define=asked.define,
         closed_u=asked.closed_u,
         closed_v=asked.closed_v,
-        scale=unit.scale,
+        scale=asked.scale * unit.scale,
         name=name,
     )
     check_size("surface.unit", size_of(surface), unit)

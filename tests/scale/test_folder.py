@@ -124,3 +124,21 @@ def test_links_in_the_folder_are_not_followed(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is a link"):
         write(tmp_path / "out", **{"cut/a": "x"})
     assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_long_work_is_kept_where_a_build_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def build(out: Path) -> None:
+        with open_folder(out) as folder:
+            folder.cache.mkdir()
+            (folder.cache / "fit").write_text("much work")
+            raise InputError("P-00-00", "is larger than every sheet")
+
+    for long, kept in ((1e9, False), (0.0, True)):
+        monkeypatch.setattr("fabgeo.build.folder.LONG", long)
+        out = tmp_path / f"after {long:g}"
+        with pytest.raises(InputError):
+            build(out)
+        assert out.exists() == kept
+        assert not kept or (out / ".fabgeo" / "cache" / "fit").read_text() == "much work"
