@@ -24,8 +24,9 @@ class Axes:
         y: tuple[float, float],
         log_y: bool = False,
         counts: bool = False,
+        powers_x: bool = False,
     ) -> None:
-        self.x, self.y, self.log_y, self.counts = x, y, log_y, counts
+        self.x, self.y, self.log_y, self.counts, self.powers_x = x, y, log_y, counts, powers_x
         self.parts: list[str] = []
 
     def at(self, x: float, y: float) -> tuple[float, float]:
@@ -68,10 +69,13 @@ class Axes:
         parts = [f'<svg class="chart" viewBox="0 0 {W:.0f} {H:.0f}" role="img">']
         parts.append(f"<title>{svg.text(label)}</title>")
         for value in _ticks(*self.x):
+            if self.powers_x and value != int(value):
+                continue
             px, _ = self.at(value, self.y[0])
+            shown = 10.0**value if self.powers_x else value
             parts.append(
                 f'<text class="tick" x="{px:.1f}" y="{H - BOTTOM + 13:.1f}" '
-                f'text-anchor="middle">{value:.6g}</text>'
+                f'text-anchor="middle">{shown:.6g}</text>'
             )
         for value in _decades(*self.y) if self.log_y else _ticks(*self.y):
             if self.counts and value != int(value):
@@ -160,15 +164,16 @@ def tradeoff_chart(rows: Sequence[Row]) -> str:
     names = [key for key in rows[0] if key != "tolerance_mm"]
     totals = [sum(float(row[n]) for n in names) or 1.0 for row in rows]
     log_x = [math.log10(v) for v in x]
-    axes = Axes((min(log_x), max(log_x)), (0.0, 100.0))
+    axes = Axes((min(log_x), max(log_x)), (0.0, 100.0), powers_x=True)
     legend = []
     for name in names:
         share = [100.0 * float(r[name]) / t for r, t in zip(rows, totals, strict=True)]
         colour = palette.CLASSES.get(name, palette.CLASSES["other"])
         axes.line(log_x, share, colour)
         legend.append(_key(colour, name))
-    chart = axes.render("Panel classes over tolerance", "log10 of the tolerance in mm; share in %")
-    return chart + f'<p class="keys">{"".join(legend)}</p>'
+    chart = axes.render("Panel classes over tolerance", "tolerance in mm; share of the panels in %")
+    note = "<p class=note>Every panel by itself, by its deviation alone.</p>"
+    return chart + f'<p class="keys">{"".join(legend)}</p>{note}'
 
 
 def deviation_chart(deviation: DeviationMap) -> str:

@@ -123,7 +123,9 @@ def write_review(path: Path, record: ReviewRecord) -> dict[str, Any]:
 def _with_verdict(row: Row, found: tuple[Verdict, str] | None) -> Row:
     own: Verdict = row.get("verdict") or "not asked"
     verdict, reason = found or ("not asked", "")
-    words = "; ".join(filter(None, [reason, str(row.get("reason") or "")]))
+    brought = str(row.get("reason") or "")
+    # A row that was judged before carries its reason already.
+    words = brought if brought.startswith(reason) else "; ".join(filter(None, [reason, brought]))
     return {**row, "verdict": max(own, verdict, key=ORDER.index), "reason": words}
 
 

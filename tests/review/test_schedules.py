@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,11 @@ from review_synthetic import record
 from fabgeo.errors import InputError
 from fabgeo.review.dxf_text import Curve
 from fabgeo.review.manifest import write_manifest
+from fabgeo.review.page import page_of
 from fabgeo.review.record import SUMMARY_KEYS, Limit, ReviewRecord
 from fabgeo.review.schedules import bom_rows, cell_text, disarmed, write_schedules
 from fabgeo.review.solid_plate import developed
-from fabgeo.review.verdicts import judge, review_of, verdict_of, write_review
+from fabgeo.review.verdicts import judge, judged, review_of, verdict_of, write_review
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
@@ -78,6 +80,19 @@ def test_the_bill_of_materials_holds_every_panel_once() -> None:
     assert sum(row["mass_kg"] for row in rows) == pytest.approx(
         sum(row["mass_kg"] for row in made.panels)
     )
+
+
+def test_a_record_that_is_judged_again_keeps_its_reasons() -> None:
+    made = judged(record(3, 3))
+    assert judged(made).panels == made.panels
+    assert any(row["reason"] for row in made.panels)
+
+
+def test_the_page_shows_remarks_and_classes_over_the_tolerance() -> None:
+    page = page_of(replace(record(2, 2), remarks=("trim: 3 panels <cut>",)))
+    assert "trim: 3 panels &lt;cut&gt;" in page
+    assert "Panel classes over the tolerance" in page
+    assert "Every panel by itself" in page
 
 
 def test_verdicts_at_and_about_their_limits() -> None:
