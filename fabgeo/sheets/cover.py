@@ -39,6 +39,7 @@ A_ROUND = 48  # sheets looked for between two programmes
 REDROPPED = 0.5  # share of them that begin with pieces of a sheet of the mix
 DIVING = 2  # rounds before sheets are fixed
 MIXING, CHOOSING = 0.3, 0.1  # shares of the time for the mix and for the last choice
+MIXING_SIZES = 0.6  # for the mix of several stock sizes: more sheets are worth having there
 STALLED, LEAST_GAIN = 12, 1e-3  # rounds that have to make the mix cheaper by this share
 STEP_ROUNDS = 20  # rounds of the mix a step
 MOST = 4000  # sheets in the pool
@@ -105,7 +106,8 @@ class Cover:
             if self._late(0.1):
                 return
         start = time.monotonic()
-        self._mix_until(start + MIXING * (self.end - start))
+        share = MIXING if len(self.rules.stocks) == 1 else MIXING_SIZES
+        self._mix_until(start + share * (self.end - start))
         last = self.end - CHOOSING * (self.end - start)
         dives = 0
         while dives < self.steps if self.steps is not None else time.monotonic() < last:
