@@ -82,7 +82,8 @@ def whole(count: int) -> None:
     work = [(f"P-{k:04d}", mid, hole_in(mid)) for k, mid in enumerate(map(patch, range(count)))]
     style = DxfStyle()
     start = time.perf_counter()
-    parts: list[FlatPart] = list(Parallel(2, batch_size=8)(delayed(one)(*w, style) for w in work))
+    found = Parallel(n_jobs=2)(delayed(one)(*w, style) for w in work)
+    parts = [part for part in found if part is not None]
     print(f"{count} parts with certificates and arcs {time.perf_counter() - start:.1f} s")
     stock = Stock("4000", "al", 3.0, 4000.0, 4000.0)
     sheets = [

@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, IntArray
 from fabgeo.build import Design, design
 from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.towards import Towards
@@ -71,7 +71,7 @@ def test_gradients_are_those_of_the_distances(before: Design) -> None:
     net = Net.of(before.fit.model)
     reference = Reference(before.start.reference, 1.0)
 
-    def plane(strip: Array, t: Array, points: Array) -> tuple[Array, Array]:
+    def plane(strip: IntArray, t: Array, points: Array) -> tuple[Array, Array]:
         normal = np.array([0.6, 0.0, 0.8]) + 0.0 * points
         return points @ np.array([0.6, 0.0, 0.8]) + strip + t, normal
 
