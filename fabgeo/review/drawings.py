@@ -35,8 +35,10 @@ def write_panel_drawings(path: Path, record: ReviewRecord) -> Path:
     path : Path
         Usually ``DIR/drawings/panels.pdf``.
     """
+    from reportlab import rl_config
     from reportlab.pdfgen.canvas import Canvas
 
+    rl_config.useA85 = 0  # streams as bytes: a fifth smaller and quicker than as letters
     record = judged(record)
     path.parent.mkdir(parents=True, exist_ok=True)
     invariant = 0 if os.environ.get("SOURCE_DATE_EPOCH") else 1
