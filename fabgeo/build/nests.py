@@ -35,11 +35,11 @@ def nests_of(
     project: Project,
     plates: Sequence[Plate],
     flats: dict[str, FlatPart],
-    clock: Clock,
+    clock: Clock | None = None,
     cache: Cache | None = None,
 ) -> list[Nest]:
     """All flat parts nested; [] where the project does not ask."""
-    asked, store = project.nesting, cache or Cache()
+    asked, store, clock = project.nesting, cache or Cache(), clock or Clock()
     if asked is None:
         return []
     stocks = stocks_of(project, plates)

@@ -26,6 +26,28 @@ def test_the_tutorial_runs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_the_readme_runs(tmp_path: Path) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (DOCS.parent / "README.md").read_text(), re.DOTALL)
+    assert len(blocks) == 2
+    told = (
+        *blocks,
+        "assert package.failures == [], package.failures",
+        "(panels, cells) = part.children",
+        "assert (part.label, panels.label, cells.label) == ('Roof', 'panels', 'cells')",
+        "assert {p.label for p in panels.children} == set(made.choices)",
+        "assert all(p.color is not None and p.volume > 0 for p in panels.children)",
+        "assert set(solids) == set(flats) | {cell.mark for cell in made.cells}",
+        "assert nests and not any(nest.unplaced for nest in nests)",
+    )
+    (tmp_path / "fixtures").symlink_to(DOCS.parent / "fixtures")
+    (tmp_path / "readme.py").write_text("\n".join(told))
+    done = subprocess.run(
+        [sys.executable, "readme.py"], cwd=tmp_path, capture_output=True, text=True, timeout=600
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+@pytest.mark.slow
 def test_the_manual_is_made_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("sphinx", reason="needs the extra docs")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
