@@ -9,6 +9,7 @@ density
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ def nest_strip(
     Parameters
     ----------
     seconds : float
-        Wall clock, shared evenly by the engines.
+        Wall clock; the engines work side by side.
 
     Raises
     ------
@@ -64,12 +65,15 @@ def nest_strip(
         If a piece is wider than the strip.
     """
     best = _rows(pieces, width, spacing)
-    for engine in engines:
-        share = seconds / len(engines)
+
+    def laid(engine: str) -> list[Placement]:
         if engine == "spyrrow":
-            placed = _spyrrow(pieces, width, spacing, share, seed)
-        else:
-            placed = pack_strip(pieces, width, spacing, share)
+            return _spyrrow(pieces, width, spacing, seconds, seed, 1 if len(engines) > 1 else 2)
+        return pack_strip(pieces, width, spacing, seconds)
+
+    with ThreadPoolExecutor(max(1, len(engines))) as pool:  # they work outside Python
+        found = list(pool.map(laid, engines))
+    for engine, placed in zip(engines, found, strict=True):
         made = _measured(pieces, width, spacing, placed, engine)
         if made is not None and made.length < best.length:
             best = made
@@ -122,7 +126,7 @@ def _measured(
 
 
 def _spyrrow(
-    pieces: Sequence[Piece], width: float, spacing: float, seconds: float, seed: int
+    pieces: Sequence[Piece], width: float, spacing: float, seconds: float, seed: int, workers: int
 ) -> list[Placement]:
     import spyrrow
 
@@ -139,7 +143,7 @@ def _spyrrow(
         early_termination=True,
         min_items_separation=spacing or None,
         total_computation_time=max(1, int(seconds)),
-        num_workers=2,
+        num_workers=workers,
         seed=seed,
     )
     solution = spyrrow.StripPackingInstance("strip", width, items).solve(config)
