@@ -247,7 +247,7 @@ def _opened(piece: bytes, root: re.Match[bytes]) -> tuple[list[int], bytes, byte
     The kernel writes the root, its places, its space with units and its category before parts.
     """
     shape = re.compile(
-        rb"^#%s = SHAPE_REPRESENTATION\('',\(([^)]*)\),\s*#(\d+)\);\n" % root["shape"], re.M
+        rb"^#%s = SHAPE_REPRESENTATION\('',\(([^)]*)\),\s*#(\d+)\s*\);\n" % root["shape"], re.M
     )
     body = shape.search(piece, root.end())
     category = b"PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#%s));\n" % root["product"]

@@ -96,3 +96,14 @@ def test_nothing_is_left_of_a_file_that_fails(cells, tmp_path):
     with pytest.raises(InputError, match="no part"):
         broken()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("count", range(8, 12))
+def test_any_number_of_parts_is_joined(count, tmp_path):
+    """The kernel breaks the root's list of places where its line is full, or after it."""
+    made = [cell(i % 5) for i in range(count)]
+    parts = tuple(Node(f"W-{i}", own.shape) for i, own in enumerate(made))
+    path = tmp_path / "walls.step"
+    with StepJoin(path, "roof") as file:
+        file.add("walls", step_bytes(Node("walls", children=parts)))
+    assert [part.name for part in read_package_step(path)] == [part.name for part in parts]
