@@ -99,6 +99,7 @@ class View {
   constructor(host, onPick) {
     this.host = host;
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.debug.checkShaderErrors = false; // to check waits for the driver
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     host.append(this.renderer.domElement);
     this.scene = new THREE.Scene();
@@ -327,7 +328,8 @@ class View {
 
   resize() {
     const { clientWidth: w, clientHeight: h } = this.host;
-    if (!w || !h) return;
+    if (!w || !h || (this.width === w && this.height === h)) return;
+    [this.width, this.height] = [w, h];
     this.renderer.setSize(w, h);
     this.camera.aspect = w / h;
     this.draw();
