@@ -16,6 +16,7 @@ from fabgeo.project import Project
 from fabgeo.review.display import shown_prism
 from fabgeo.review.verdicts import ORDER
 from fabgeo.sheets.biarc import dense
+from fabgeo.sheets.boards import opposite_congruence, plank
 from fabgeo.sheets.stock import Nest
 from fabgeo.structures.beams import plate_radii
 from fabgeo.structures.boxes import Box, oriented_box
@@ -87,8 +88,26 @@ def panel_rows(
         if flat is not None:
             row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")
             row["developability_mm"] = developability(plate)
+            if design.model.kind == "geodesic":
+                row |= plank_row(flat, flats.get(plate.shared.get("second", "")))
         rows.append(row)
     return rows
+
+
+def plank_row(flat: FlatPart, beside: FlatPart | None) -> Row:
+    """How straight a geodesic strip lies, and how far its edge to the next is from opposite.
+
+    Its plank is its flat length and width; parts without two long edges have no figures.
+    """
+    edges = {edge.name: edge for edge in flat.outline}
+    if not {"first", "second"} <= edges.keys():
+        return {}
+    found = plank(flat)
+    row: Row = {"plank_sag_mm": found.sag, "plank_yield": found.yield_}
+    across = [e for e in beside.outline if e.name == "first"] if beside is not None else []
+    if across and across[0].shared == flat.mark:
+        row["edge_congruence_mm"] = opposite_congruence(edges["second"], across[0])
+    return row
 
 
 def plate_rows(

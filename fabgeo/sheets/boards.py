@@ -92,6 +92,19 @@ def congruence(edge: FlatEdge, neighbour: FlatEdge) -> float:
     return float(np.linalg.norm(pc @ np.array([[c, s], [-s, c]]) - qc, axis=-1).max())
 
 
+def opposite_congruence(edge: FlatEdge, neighbour: FlatEdge) -> float:
+    """Largest distance, in mm, of two developed edges from being congruent when one is mirrored.
+
+    In a geodesic model the osculating planes of an edge bisect its strips: developed, the edge
+    bends as much to the one side as to the other (paper Fig. 4).
+    """
+    turned = np.array([1.0, -1.0])
+    mirrored = replace(
+        neighbour, points=neighbour.points * turned, tangents=neighbour.tangents * turned
+    )
+    return congruence(edge, mirrored)
+
+
 def cut_boards(
     parts: Sequence[FlatPart],
     boards: Sequence[Stock],
