@@ -49,6 +49,8 @@ def test_a_single_curved_roof_is_met_exactly(shared_data: Path) -> None:
     assert found.twist_deg.value <= 1e-4
     assert found.deviation_max is not None
     assert found.deviation_max.value <= 0.01
+    assert found.deviation_over_sag_limit is not None
+    assert found.deviation_over_sag_limit <= 1.2  # though its rulings have no sag
 
 
 @pytest.mark.parametrize("name", ["half-hull.step", "v2_Stearman.3dm", "tubemesh.obj"])
