@@ -231,7 +231,10 @@ def _through(lane: Lane, u0: float, u1: float, mark: str) -> RuledPatch:
         if len(spans) > MOST_SPANS:
             break
         bad, parts = error > TOLERANCE, np.where(error > 16.0 * TOLERANCE, 3, 2)
-        fresh = [np.linspace(*spans[k : k + 2], parts[k] + 1)[1:-1] for k in np.flatnonzero(bad)]
+        fresh = [
+            np.linspace(spans[k], spans[k + 1], int(parts[k]) + 1)[1:-1]
+            for k in np.flatnonzero(bad)
+        ]
         knots = np.sort(np.concatenate([knots, *fresh]))
     raise GeometryError(
         mark,
