@@ -34,7 +34,7 @@ from fabgeo.surfaces.base import DesignSurface
 __all__ = ["Fence", "Piece", "Rules", "Trimmed", "trim", "trimmed_ruled"]
 
 TOLERANCE = 5e-3  # mm, of a cut edge from where the rulings meet the boundary
-TOUCH = 0.5  # mm left open at least beside a ruling that the boundary touches: it is endless steep
+TOUCH = 0.03  # mm left open at least beside a ruling that the boundary touches: endless steep there
 ROUNDS = 24  # of parting knot spans, until the tolerance is met
 CHECKS = np.array([0.07, 0.25, 0.5, 0.75, 0.93])  # of a knot span, where it is measured
 MOST_SPANS = 400
