@@ -152,14 +152,15 @@ def _choices(design: Design, panels: Sequence[Cut]) -> dict[str, PanelChoice]:
         beyond: dict[Side, str | tuple[str, ...]] = {
             side: tuple(marks) for side, marks in across[cut.plate.mark].items()
         }
-        inputs.append(
-            PanelInput(cut.plate.mark, _gross(choice.fitted, cut), beyond, cut.piece.ends)
-        )
+        inputs.append(PanelInput(cut.plate.mark, _gross(choice.fitted, cut), beyond))
     return {choice.mark: choice for choice in measured_again(choices, inputs)}
 
 
 def _gross(fitted: RuledPatch, cut: Cut) -> RuledPatch:
-    """What the piece's rulings span of the fitted panel, its joints to others not taken off."""
+    """What the piece's rulings span of the fitted panel, its joints to others not taken off.
+
+    Its ends are the whole rulings: a made panel's ends are found on these, cut or not.
+    """
     mid, own = cut.whole.mid, cut.piece.ruled
     low = fitted.u0 if own.u0 == mid.u0 else own.u0
     high = fitted.u1 if own.u1 == mid.u1 else own.u1

@@ -130,10 +130,7 @@ def _joint(
 ) -> tuple[_Boundary, _Boundary]:
     """What the boundary of both panels is worked out from, evaluated once a panel."""
     one, other = panels[i].patch, panels[j].patch
-    v = np.linspace(0.0, 1.0, _SAMPLES)
     if side in ("start", "end"):
-        here, there = panels[i].reach[side == "end"], panels[j].reach[side == "start"]
-        v = np.linspace(max(here[0], there[0]), min(here[1], there[1]), _SAMPLES)
         spans = ((one.u0, one.u1), (other.u0, other.u1))
     else:
         spans = ((max(one.u0, other.u0), min(one.u1, other.u1)),) * 2
@@ -146,14 +143,15 @@ def _joint(
         edges, speeds = samples[key]
         if at in ("start", "end"):
             row = 0 if at == "start" else -1
+            v = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
             (a, b), (da, db) = edges[:, row], speeds[:, row]
-            out.append((a + v[:, None] * (b - a), da + v[:, None] * (db - da), (b - a)[None]))
+            out.append((a + v * (b - a), da + v * (db - da), (b - a)[None]))
         else:
             row = 0 if at == "first" else 1
             out.append((edges[row], speeds[row], edges[1] - edges[0]))
-    points, others = out[0][0], out[1][0]
-    off = float(np.abs(points - others).max())
-    size = float(np.abs(points[-1] - points[0]).max())
+    here, there = out[0][0], out[1][0]
+    off = float(np.abs(here - there).max())
+    size = float(np.abs(here[-1] - here[0]).max())
     if off > 1e-3 * max(size, 1.0):
         raise InputError(
             f"panel {panels[i].mark}",

@@ -30,14 +30,11 @@ class PanelInput:
     neighbours : mapping
         Side ("first", "second": edge curves a and b; "start", "end": end rulings) to the mark of
         the panel beyond it, or to several marks where cells are staggered. A missing side: none.
-    reach : two pairs of float
-        Which part of its first and of its last ruling is left, where it is cut along a boundary.
     """
 
     mark: str
     patch: RuledPatch
     neighbours: Mapping[Side, str | tuple[str, ...]] = field(default_factory=dict)
-    reach: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 1.0), (0.0, 1.0))
 
     def __post_init__(self) -> None:
         unknown = set(self.neighbours) - set(SIDES)
