@@ -14,6 +14,7 @@ from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 
 BATCH = 8  # parts that are sent to a process together
+FEW = 100  # fewer parts are measured sooner than processes for them are started
 
 
 def each[P](
@@ -23,7 +24,7 @@ def each[P](
     measured: Measured,
     findings: Findings,
 ) -> None:
-    """Measure every part; `jobs` processes, None: as joblib's `parallel_config` says.
+    """Measure every part; many by `jobs` processes, None: as joblib's `parallel_config` says.
 
     Parameters
     ----------
@@ -37,9 +38,12 @@ def each[P](
     """
     from joblib import Parallel, delayed
 
+    every = list(parts)
     batch: Any = BATCH  # joblib tells its type by its default
-    parallel = Parallel(n_jobs=jobs, return_as="generator", batch_size=batch)
-    found: Any = parallel(delayed(partial(_noted, measure))(part) for part in parts)
+    parallel = Parallel(
+        n_jobs=jobs if len(every) >= FEW else 1, return_as="generator", batch_size=batch
+    )
+    found: Any = parallel(delayed(partial(_noted, measure))(part) for part in every)
     for own, notes in found:
         measured.take(own)
         findings.items += notes.items
