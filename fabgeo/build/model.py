@@ -58,7 +58,7 @@ def options_of(project: Project) -> FitOptions:
     """
     asked, own = project.limits, FitOptions()
     twist = own.twist_limit_deg if asked.twist_max_deg is None else SAFETY * asked.twist_max_deg
-    if project.strips.kind in ("conical", "circular"):
+    if project.cells or project.beams:
         twist = min(twist, OF_AN_OFFSET)
     return FitOptions(
         twist_limit_deg=twist,

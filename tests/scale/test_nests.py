@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.nests import nests_of
@@ -68,6 +69,7 @@ def test_one_part_less_leaves_the_others_where_they_are(tmp_path: Path) -> None:
     assert back == [before]  # found as it was
 
 
+@pytest.mark.slow
 def test_steps_give_the_layout_of_a_first_build(tmp_path: Path) -> None:
     asked, parts = project(steps=1), plates()
     solved(asked, parts, Cache(tmp_path))
