@@ -62,6 +62,10 @@ class Cache:
         self.found += value is not None
         return value
 
+    def keep(self, kind: str, key: str) -> None:
+        """Spare an entry from `prune` that this build had no need to read."""
+        self._used.add((kind, key))
+
     def file(self, kind: str, key: str) -> Path | None:
         """The entry's file, if there is a folder."""
         return None if self.folder is None else self.folder / kind / key

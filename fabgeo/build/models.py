@@ -24,8 +24,8 @@ from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import nodes_of, products_of
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
-from fabgeo.build.parallel import Work, results
-from fabgeo.build.solids import Leaf, assemblies, leaves_of, mesh_of, solid_node
+from fabgeo.build.parallel import Work, keep, results
+from fabgeo.build.solids import Leaf, assemblies, leaves_of, mesh_of, shape_of, solid_node
 from fabgeo.cad.assembly import Node
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.structures.parts import Connector
@@ -78,7 +78,9 @@ def write_models(
         return
     _write_steps(folder, design.project.name, pieces, jobs, store)
     key = store.key("glb", design.project.name, [piece.depends for piece in pieces])
-    if not folder.again(f"model/{FACADE}.glb", key):
+    if folder.again(f"model/{FACADE}.glb", key):
+        keep(_MESHES, leaves, store)
+    else:
         _write_glb(folder.place(f"model/{FACADE}.glb"), design, leaves, jobs, store)
 
 
@@ -119,11 +121,10 @@ def _write_steps(
     key = store.key("model", name, [piece.depends for piece in pieces])
     taken = [folder.again(file, key) for file in files]
     if all(taken):
-        return
+        return keep(_STEPS, pieces, store)
     whole, *each = (folder.place(file) for file in files)
-    work = Work("step", _translated, lambda piece: piece.depends, _crashed)
     with StepJoin(whole, name, dict(zip(families, each, strict=False))) as joined:
-        for piece, data in zip(pieces, results(work, pieces, jobs, store), strict=True):
+        for piece, data in zip(pieces, results(_STEPS, pieces, jobs, store), strict=True):
             joined.add(piece.family, zlib.decompress(data))
 
 
@@ -143,8 +144,7 @@ def _write_glb(
 ) -> None:
     from fabgeo.cad.glb import write_glb
 
-    work = Work("mesh", _meshed, lambda leaf: leaf.part, _no_mesh)
-    meshes = results(work, leaves, jobs, store)
+    meshes = results(_MESHES, leaves, jobs, store)
     nodes = (
         (leaf, Node(leaf.part.mark, mesh=mesh, colour=leaf.colour, layer=leaf.layer))
         for leaf, mesh in zip(leaves, meshes, strict=True)
@@ -162,3 +162,7 @@ def _meshed(leaf: Leaf) -> Any:
 
 def _no_mesh(leaf: Leaf, reason: str) -> Any:
     raise GeometryError(leaf.part.mark, f"no picture of it: {reason}")
+
+
+_STEPS = Work("step", _translated, lambda piece: piece.depends, _crashed)
+_MESHES = Work("mesh", _meshed, lambda leaf: shape_of(leaf.part), _no_mesh)

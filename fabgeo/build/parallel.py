@@ -71,6 +71,12 @@ def results[P, R](
         yield result
 
 
+def keep[P, R](work: Work[P, R], parts: Sequence[P], cache: Cache) -> None:
+    """Spare the results of parts for the next build: this one took over what is made of them."""
+    for part in parts:
+        cache.keep(work.kind, cache.key(work.kind, work.depends(part)))
+
+
 def _survived[P, R](
     work: Work[P, R], parts: Sequence[P], jobs: int | None, attempt: int = 1
 ) -> Iterator[tuple[R, bool]]:

@@ -39,15 +39,15 @@ def solids_of(
 ) -> dict[str, Built]:
     """Solids of plates and cells by mark, each checked; a part that fails is reported."""
     clock, store = clock or Clock(), cache or Cache()
-    work = Work("solid", _built, _shape_of, _crashed)
+    work = Work("solid", _built, shape_of, _crashed)
     out = {}
     for part, built in zip(parts, clock.each(results(work, parts, jobs, store)), strict=True):
-        file = store.file(work.kind, store.key(work.kind, _shape_of(part)))
+        file = store.file(work.kind, store.key(work.kind, shape_of(part)))
         out[built.mark] = replace(built, data=b"", file=file) if built.made and file else built
     return out
 
 
-def _shape_of(part: Part) -> Any:
+def shape_of(part: Part) -> Any:
     """What a solid depends on; not what it is made of."""
     if isinstance(part, Cell):
         return part.mark, part.prism
