@@ -28,7 +28,7 @@ from fabgeo.review.manifest import sha256_of
 MANIFEST = "manifest.json"
 LEDGER = "files.json"
 WORK = ".fabgeo"  # the lock and what a later build can use again
-LONG = 20.0  # seconds of this process from which a failed build's work is kept
+LONG = 60.0  # seconds of this process from which a failed build's work is kept
 FULL = {
     errno.ENOSPC: "the disk is full",
     errno.EDQUOT: "the disk quota is used up",
