@@ -45,7 +45,6 @@ TRADEOFF = {
 
 app = typer.Typer(
     name="fabgeo",
-    help="From a freeform architectural surface to the files a workshop cuts from.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -56,6 +55,26 @@ Jobs = Annotated[
     int, typer.Option("--jobs", min=1, help="Processes for work that is independent per part.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts, no progress bars.")]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"fabgeo {version('fabgeo')}")
+        raise typer.Exit(OK)
+
+
+@app.callback()
+def fabgeo(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_version, is_eager=True, help="Say which version this is."
+        ),
+    ] = False,
+) -> None:
+    """From a freeform architectural surface to the files a workshop cuts from."""
 
 
 @app.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -25,3 +26,12 @@ def test_heavy_libraries_wait(statement: str, allowed: set[str]) -> None:
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert HEAVY & set(done.stdout.split()) <= allowed
+
+
+def test_the_command_tells_the_version_that_the_changelog_is_at() -> None:
+    said = subprocess.run(
+        [sys.executable, "-m", "fabgeo", "--version"], capture_output=True, text=True, check=True
+    )
+    changelog = (Path(__file__).parents[2] / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = next(line for line in changelog.splitlines() if line.startswith("## "))
+    assert said.stdout.split() == ["fabgeo", newest.split()[1]]
