@@ -1,0 +1,145 @@
+"""Panels, layers and walls: thickness, joints, cuts, mass, transport."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from structure_models import twist_deg
+
+from fabgeo.arrays import cross, dot, unit
+from fabgeo.cad.plates import plate_solid
+from fabgeo.errors import GeometryError
+from fabgeo.strips import exact
+from fabgeo.strips.model import StripModel
+from fabgeo.structures.beams import BeamRule, Section, beams, plate_radii
+from fabgeo.structures.boxes import oriented_box
+from fabgeo.structures.masses import DENSITIES, plate_mass, together
+from fabgeo.structures.panels import Joint, Layer, panels
+from fabgeo.structures.patches import CutRule, cut, cut_lengths
+from fabgeo.structures.prisms import plate_prism, prism_volume, ruled_normals
+from fabgeo.structures.walls import coped_walls, walls
+
+
+def test_panels_of_any_height_keep_parallel_rulings_and_the_joint(conical: StripModel) -> None:
+    patches = cut(conical, CutRule(length=1500.0))
+    for height in (0.0, 60.0):
+        made = {
+            p.mark: p
+            for p in panels(
+                conical,
+                patches,
+                Layer("glass", height, 10.0, "glass"),
+                Joint(edge=12.0, ruling=10.0),
+            )
+        }
+        for plate in made.values():
+            assert twist_deg(plate.mid) < 0.01
+        first = made["P-02-01"]
+        beside = made[first.shared["second"]]
+        u = np.linspace(max(first.mid.u0, beside.mid.u0), min(first.mid.u1, beside.mid.u1), 25)
+        near, far = first.mid.edges(u)[1], beside.mid.edges(u)[0]
+        t = unit(first.mid.edges(u, 1)[1])
+        across = far - near
+        clear = np.linalg.norm(across - dot(across, t)[:, None] * t, axis=-1)
+        kink = np.arccos(dot(ruled_normals(first.mid, u), ruled_normals(beside.mid, u)))
+        # Two halves square to the edge, hinged by the kink: the straight gap is 12 cos(kink / 2).
+        assert np.abs(clear - 12.0 * np.cos(kink / 2.0)).max() < 0.02
+        after = made[first.shared["end"]]
+        ends = first.mid.edges(np.array([first.mid.u1]))[:, 0]
+        others = after.mid.edges(np.array([after.mid.u0]))[:, 0]
+        e = unit(ends[1] - ends[0])
+        steps = others - ends
+        gaps = np.linalg.norm(steps - dot(steps, e)[:, None] * e, axis=-1)
+        assert gaps.min() == pytest.approx(10.0, abs=0.05)
+
+
+def test_layer_surfaces_lie_at_their_height(conical: StripModel) -> None:
+    patches = cut(conical, CutRule(count=2))
+    low = panels(conical, patches, Layer("a", 0.0, 10.0, "glass"))
+    high = panels(conical, patches, Layer("b", 80.0, 10.0, "glass"))
+    for a, b in zip(low, high, strict=True):
+        u = np.linspace(a.mid.u0, a.mid.u1, 17)
+        m = ruled_normals(a.mid, u)
+        for x, y in zip(a.mid.edges(u), b.mid.edges(u), strict=True):
+            assert np.abs(dot(y - x, m) - 80.0).max() < 2e-3
+
+
+def test_joint_that_eats_the_panel_is_refused(conical: StripModel) -> None:
+    with pytest.raises(GeometryError, match=r"P-00-00.*leave nothing"):
+        panels(conical, cut(conical, CutRule(count=2)), Layer("a", 0.0, 4.0, "steel"), Joint(9e3))
+
+
+def test_plate_volume_is_area_times_thickness(torus: StripModel) -> None:
+    plate = panels(torus, cut(torus, CutRule(count=2)), Layer("a", 0.0, 20.0, "steel"))[3]
+    mass = plate_mass(plate, DENSITIES["steel"])
+    assert mass.volume == pytest.approx(prism_volume(plate_prism(plate)), rel=1e-6)
+    assert mass.mass == pytest.approx(mass.volume * 7.85e-6)
+    assert np.allclose(together([mass, mass]).centre, mass.centre)
+
+
+def test_cone_patch_area_in_closed_form() -> None:
+    """Between two circles of a cone: (s2^2 - s1^2) / 2 times the opening times sin(half angle)."""
+    model = exact.cone(0.5, np.array([6000.0, 7000.0]), opening=1.2, segments=24).interpolant()
+    plate = panels(model, cut(model, CutRule(count=1)), Layer("a", 0.0, 1.0, "steel"))[0]
+    expected = (7000.0**2 - 6000.0**2) / 2.0 * 1.2 * np.sin(0.5)
+    assert plate_mass(plate, 1.0).area == pytest.approx(expected, rel=1e-7)
+    least, largest = plate_radii(plate.mid)
+    assert least == pytest.approx(6000.0 * np.tan(0.5), rel=3e-3)
+    assert largest == pytest.approx(7000.0 * np.tan(0.5), rel=3e-3)
+
+
+def test_cut_by_length_gives_equal_lengths(torus: StripModel) -> None:
+    patches = cut(torus, CutRule(length=1500.0, common=False))
+    lengths = cut_lengths(torus, patches).mean(axis=1)
+    for strip in range(torus.strips):
+        mine = lengths[[k for k, p in enumerate(patches) if p.strip == strip]]
+        assert np.ptp(mine) < 0.02 * mine.mean()
+        assert 1100.0 < mine.mean() < 2000.0
+
+
+def test_cut_by_transport_box_fits(torus: StripModel) -> None:
+    box = (2000.0, 1500.0, 400.0)
+    for patch in cut(torus, CutRule(box=box)):
+        points = np.concatenate(patch.edges(torus, patch.parameters(9)))
+        assert oriented_box(points).fits(box)
+
+
+def test_oriented_box_finds_a_turned_box() -> None:
+    rng = np.random.default_rng(3)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    corners = np.array([[x, y, z] for x in (0, 5) for y in (0, 3) for z in (0, 1)], dtype=float)
+    inside = rng.uniform(size=(40, 3)) * (5, 3, 1)
+    box = oriented_box(np.concatenate([corners, inside]) @ turn + 7.0)
+    assert np.allclose(box.size, (5.0, 3.0, 1.0), atol=1e-2)
+    flat = oriented_box(corners[[0, 2, 4, 6]] @ turn)
+    assert np.allclose(flat.size, (5.0, 3.0, 0.0), atol=1e-9)
+
+
+def test_walls_are_plane_and_lie_between_the_axes(conical: StripModel) -> None:
+    patches = cut(conical, CutRule(count=3))
+    made = walls(conical, patches, (-20.0, -280.0), 6.0, "steel", clearance=8.0)
+    assert len(made) == conical.strips * 4
+    for plate in made:
+        a, b = plate.mid.poles
+        corners = np.stack([a[0], a[-1], b[-1], b[0]])
+        normal = unit(cross(corners[2] - corners[0], corners[3] - corners[1]))
+        assert abs(float(dot(corners[1] - corners[0], normal))) < 0.01
+
+
+def test_coped_walls_stand_clear_of_webs_and_flanges(torus: StripModel) -> None:
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+
+    section = Section(outer=-27.0, depth=240.0, web=8.0, flange_outer=10.0, flange_inner=10.0)
+    patches = cut(torus, CutRule(count=8))
+    wall = next(
+        w for w in coped_walls(torus, patches, section, 6.0, "steel") if "W-03-02" in w.mark
+    )
+    beam_plates = [p for b in beams(torus, section, BeamRule(), [3, 4]) for p in b.plates]
+    solid = plate_solid(wall)
+    gaps = {p.mark: BRepExtrema_DistShapeShape(solid, plate_solid(p)).Value() for p in beam_plates}
+    near = sorted(gaps.values())[:6]  # web and both flanges of each beam
+    assert near[0] > 1.9
+    assert near[-1] < 2.5
+    corners = np.concatenate(wall.mid.edges(wall.mid.parameters(2)))
+    middle = corners - corners.mean(axis=0)
+    assert np.linalg.svd(middle)[1][2] < 1e-6  # plane
