@@ -195,7 +195,7 @@ def build_package(
             flats = flats_of(made.project, made.plates, jobs, clock, cache)
             refuse_oversize(made.project, made.plates, flats)
         with clock.stage("nest"):
-            nests = nests_of(made.project, made.plates, flats, clock, cache)
+            nests = nests_of(made.project, made.plates, flats, clock, cache, jobs)
         parts = (*made.plates, *made.cells)
         with clock.stage("solids", len(parts)):
             built = solids_of(parts, jobs, clock, cache)

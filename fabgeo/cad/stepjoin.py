@@ -26,6 +26,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from fabgeo.cad.step import step_text, time_stamp
+from fabgeo.cad.stepnumbers import renumbered
 from fabgeo.cad.steporder import END
 from fabgeo.errors import InputError
 
@@ -142,13 +143,8 @@ class StepJoin:
             int(root["definition"]): into.definition,
             int(root["shape"]): into.shape,
         }
-
-        def renumber(found: re.Match[bytes]) -> bytes:
-            number = int(found[1])
-            return b"#%d" % (known.get(number) or number + offset)
-
         into.items += [item + offset for item in items]
-        self._write(_REFERENCE.sub(renumber, places + self._counted(parts)), assembly)
+        self._write(renumbered(places + self._counted(parts), offset, known), assembly)
         last = parts.rfind(b"\n#", 0, -1) + 2
         self._next = int(parts[last : parts.index(b" ", last)]) + offset + 1
 
