@@ -1,7 +1,8 @@
 """index.html: one offline file for the meeting in which fabrication is released.
 
-Everything is in the file: data as JSON, flat parts as SVG paths that sheets refer to, charts as
-SVG, three.js as committed in `assets`. A content security policy forbids any request.
+Everything is in the file: data as JSON (`page_data`), flat parts as SVG paths that sheets refer to
+(`page_flats`), charts as SVG, three.js as committed in `assets`. A content security policy forbids
+any request.
 """
 
 from __future__ import annotations
@@ -16,15 +17,13 @@ from typing import Any
 import numpy as np
 
 from fabgeo.review import charts, palette, svg
-from fabgeo.review.columns import TABLES
+from fabgeo.review.page_data import page_data
 from fabgeo.review.page_flats import flat_symbols, sheet_pictures
 from fabgeo.review.picture import picture_of, view_of
-from fabgeo.review.record import ReviewRecord, Row
-from fabgeo.review.schedules import tables_of
+from fabgeo.review.record import ReviewRecord
 from fabgeo.review.verdicts import judged, package_verdicts, review_of
 
 SCRIPTS = ("colour.js", "view.js", "table.js", "detail.js", "main.js")
-FAMILIES = ("panels", "cells", "beams", "connectors")
 
 
 def write_page(path: Path, record: ReviewRecord) -> Path:
@@ -59,7 +58,7 @@ def page_of(record: ReviewRecord) -> str:
         "flats": flat_symbols(record, numbers),
         "limits": _limits(review),
         "summary": _summary(review),
-        "data": _json(_data(record, numbers)),
+        "data": _json(page_data(record, marks)),
         "library": library,
         "script": script,
     }
@@ -94,71 +93,6 @@ def _json(data: Any) -> str:
     for character, code in (("<", "003c"), (">", "003e"), ("&", "0026"), ("\u2028", "2028")):
         raw = raw.replace(character, f"\\u{code}")
     return raw.replace("\u2029", "\\u2029")
-
-
-def _data(record: ReviewRecord, numbers: dict[str, int]) -> dict[str, Any]:
-    tables = tables_of(record)
-    return {
-        "name": record.name,
-        "tables": {
-            name: {
-                "columns": [[c.name, c.unit, c.decimals] for c in TABLES[name]],
-                "rows": [_cells(name, row) for row in rows],
-            }
-            for name, rows in tables.items()
-        },
-        "flats": numbers,
-        "parts": _parts(record),
-        "connectors": _connectors(record),
-        "classes": palette.CLASSES,
-        "verdicts": palette.VERDICTS,
-        "signs": palette.SIGNS,
-        "cividis": palette.CIVIDIS,
-    }
-
-
-def _cells(table: str, row: Row) -> list[Any]:
-    """A row's values in the order of its columns, rounded as in the schedules."""
-    values = []
-    for column in TABLES[table]:
-        value = row.get(column.name)
-        if value is not None and column.decimals is not None and not isinstance(value, str):
-            number = float(value)
-            if not np.isfinite(number):
-                value = None if np.isnan(number) else ("∞" if number > 0 else "-∞")
-            else:
-                value = round(number, column.decimals) if column.decimals else round(number)
-        values.append(value if value is None or isinstance(value, int | float) else str(value))
-    return values
-
-
-def _parts(record: ReviewRecord) -> dict[str, Any]:
-    """Rails of all parts as 16 bit steps within each part's own box."""
-    index, blocks = [], []
-    for part in record.shown:
-        low = part.rails.min(axis=(0, 1))
-        size = max(float((part.rails.max(axis=(0, 1)) - low).max()), 1e-6)
-        blocks.append(np.rint((part.rails - low) / size * 65535.0).astype("<u2").ravel())
-        index.append(
-            [
-                part.mark,
-                FAMILIES.index(part.family),
-                *part.rails.shape[:2],
-                *(round(float(v), 2) for v in low),
-                round(size, 3),
-                *(round(float(v), 4) for v in part.normal),
-                part.row or part.mark,
-            ]
-        )
-    packed = np.concatenate(blocks).tobytes() if blocks else b""
-    return {"index": index, "steps": base64.b64encode(packed).decode()}
-
-
-def _connectors(record: ReviewRecord) -> dict[str, Any]:
-    """Places of connectors, in mm, and their axes, as 32 bit floats after each other."""
-    marks = [c.mark for c in record.shown_connectors]
-    places = np.array([[*c.origin, *c.axis] for c in record.shown_connectors], dtype="<f4")
-    return {"marks": marks, "places": base64.b64encode(places.tobytes()).decode()}
 
 
 def _head(record: ReviewRecord, review: dict[str, Any]) -> str:

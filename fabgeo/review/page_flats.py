@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from fabgeo.review import svg
 from fabgeo.review.record import ReviewRecord
 
 UNIT = 0.1  # mm: one step of the page's paths
+BENDS = 12  # bend lines drawn of a part: all are in its file and in its table
 TOLERANCE = 0.2  # mm: what an outline on the page may be off; the DXF is what is cut
 
 
@@ -28,17 +31,20 @@ def thinned(points: Array, tolerance: float = TOLERANCE) -> Array:
     return np.asarray(ring.coords)[:-1]
 
 
-def hole_path(hole: FlatHole) -> str:
-    """A round hole as a circle, a slot as its two circles joined."""
-    if hole.slot <= 0.0:
-        return svg.circle_path(hole.centre, hole.diameter / 2.0, UNIT)
-    way = np.array([math.cos(hole.angle), math.sin(hole.angle)])
-    across = np.array([-way[1], way[0]]) * hole.diameter / 2.0
-    turn = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 9)[:, None]
-    cap = np.cos(turn) * way * hole.diameter / 2.0 + np.sin(turn) * across
-    half = way * hole.slot / 2.0
-    points = np.concatenate([hole.centre + half + cap, hole.centre - half - cap])
-    return svg.path(points, UNIT, closed=True)
+def hole_paths(holes: Sequence[FlatHole]) -> str:
+    """Holes as strokes as wide as they are, with round ends: a point each, or a slot's line."""
+    by_width: dict[float, list[FlatHole]] = defaultdict(list)
+    for hole in holes:
+        by_width[hole.diameter].append(hole)
+    paths = []
+    for width, own in by_width.items():
+        centres = np.array([hole.centre for hole in own])
+        angles = np.array([hole.angle for hole in own])
+        halves = np.array([[0.5 * hole.slot] for hole in own])
+        way = halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        drawn = svg.lines(centres - way, centres + way, UNIT)
+        paths.append(f'<path class="hole" stroke-width="{width / UNIT:.0f}" d="{drawn}"/>')
+    return "".join(paths)
 
 
 def flat_symbols(record: ReviewRecord, numbers: dict[str, int]) -> str:
@@ -48,16 +54,13 @@ def flat_symbols(record: ReviewRecord, numbers: dict[str, int]) -> str:
         part = record.flats[mark]
         points = contour(part)
         low, high = points.min(axis=0), points.max(axis=0)
-        bends = _every(part.bends, 24)
-        lines = "".join(
-            svg.path(np.stack([b.start, b.end]), UNIT) for b in bends if math.isfinite(b.radius)
-        )
-        holes = "".join(hole_path(hole) for hole in part.holes)
+        bent = _every([bend for bend in part.bends if math.isfinite(bend.radius)], BENDS)
+        starts, ends = ([getattr(b, end) for b in bent] for end in ("start", "end"))
         groups.append(
             f'<g id="f{number}" data-box="{low[0]:.1f} {low[1]:.1f} {high[0]:.1f} {high[1]:.1f}">'
             f'<path class="cut" d="{svg.path(thinned(points), UNIT, closed=True)}"/>'
-            + (f'<path class="bend" d="{lines}"/>' if lines else "")
-            + (f'<path class="hole" d="{holes}"/>' if holes else "")
+            + (f'<path class="bend" d="{svg.lines(starts, ends, UNIT)}"/>' if bent else "")
+            + hole_paths(part.holes)
             + "</g>"
         )
     return f'<svg width="0" height="0" aria-hidden="true"><defs>{"".join(groups)}</defs></svg>'
@@ -70,9 +73,8 @@ def sheet_pictures(record: ReviewRecord, numbers: dict[str, int]) -> str:
         for sheet in nest.sheets:
             length, width = sheet.stock.length, sheet.stock.width
             uses = "".join(
-                f'<use href="#f{numbers[p.mark]}" data-mark="{svg.text(p.mark)}" transform="'
-                f"translate({p.x:.2f} {p.y:.2f}) rotate({math.degrees(p.rotation):.4f}) "
-                f'scale({UNIT})"/>'
+                f'<use href="#f{numbers[p.mark]}" transform="translate({p.x:.1f} {p.y:.1f}) '
+                f'rotate({math.degrees(p.rotation):.6g}) scale({UNIT:g})"/>'
                 for p in sheet.placements
                 if p.mark in numbers
             )
@@ -93,9 +95,9 @@ def sheet_pictures(record: ReviewRecord, numbers: dict[str, int]) -> str:
     return "".join(figures)
 
 
-def _every[T](items: tuple[T, ...], most: int) -> tuple[T, ...]:
+def _every[T](items: list[T], most: int) -> list[T]:
     """At most `most` of the items, evenly picked."""
     if len(items) <= most:
         return items
     keep = np.linspace(0, len(items) - 1, most).round().astype(int)
-    return tuple(items[k] for k in keep)
+    return [items[k] for k in keep]

@@ -1,29 +1,23 @@
 """The schedules: CSV files, one workbook with all of them, and the setting-out points.
 
-The CSV names are the contract's; people read the workbook: frozen and bold headers with units,
-filters, colours on verdicts. Text that a spreadsheet would run as a formula is disarmed.
+The CSV names are the contract's; people read the workbook (`fabgeo.review.workbook`). Text that a
+spreadsheet would run as a formula is disarmed.
 """
 
 from __future__ import annotations
 
 import csv
-import datetime
-import io
 import math
-import os
-import re
-import zipfile
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from fabgeo.review.columns import BOM, SETOUT, TABLES, Column
+from fabgeo.review.columns import SETOUT, TABLES, Column
 from fabgeo.review.record import ReviewRecord, Row
 from fabgeo.review.verdicts import judged
+from fabgeo.review.workbook import Lines, write_workbook
 from fabgeo.sheets.preview import sheet_figures
-
-COLOURS = {"good": "FFD5E8F0", "warn": "FFFCE3B4", "fail": "FFF4C0B0"}
 
 
 def write_schedules(folder: Path, record: ReviewRecord) -> list[Path]:
@@ -37,13 +31,15 @@ def write_schedules(folder: Path, record: ReviewRecord) -> list[Path]:
     tables = tables_of(record)
     schedules, setout = folder / "schedules", folder / "setout"
     schedules.mkdir(parents=True, exist_ok=True)
+    lines = {name: _lines(TABLES[name], rows) for name, rows in tables.items()}
     written = [
-        _write_csv(schedules / f"{name}.csv", TABLES[name], rows) for name, rows in tables.items()
+        _write_csv(schedules / f"{name}.csv", TABLES[name], own) for name, own in lines.items()
     ]
-    written.append(_write_xlsx(schedules / "fabgeo.xlsx", tables))
+    written.append(write_workbook(schedules / "fabgeo.xlsx", lines))
     if record.setout:
         setout.mkdir(parents=True, exist_ok=True)
-        written.append(_write_csv(setout / "points.csv", SETOUT, setout_rows(record)))
+        own = _lines(SETOUT, setout_rows(record))
+        written.append(_write_csv(setout / "points.csv", SETOUT, own))
     return written
 
 
@@ -53,14 +49,15 @@ def tables_of(record: ReviewRecord) -> dict[str, list[Row]]:
     Sheets and the bill of materials are counted from the nests and from the other tables.
     """
     record = judged(record)
+    sheets = sheet_rows(record)
     tables = {
         "panels": list(record.panels),
         "plates": list(record.plates),
         "beams": list(record.beams),
         "cells": list(record.cells),
         "connectors": list(record.connectors),
-        "sheets": sheet_rows(record),
-        "bom": bom_rows(record),
+        "sheets": sheets,
+        "bom": bom_rows(record, sheets),
     }
     return {name: rows for name, rows in tables.items() if rows}
 
@@ -97,8 +94,11 @@ def sheet_rows(record: ReviewRecord) -> list[Row]:
     return rows
 
 
-def bom_rows(record: ReviewRecord) -> list[Row]:
-    """The bill of materials: plates by kind, material and thickness, connectors by product."""
+def bom_rows(record: ReviewRecord, sheets: Sequence[Row]) -> list[Row]:
+    """The bill of materials: plates by kind, material and thickness, connectors by product.
+
+    Stock to buy is counted from the rows of `sheets`.
+    """
     groups: dict[tuple[str, str, float], list[Row]] = defaultdict(list)
     for row in record.panels:
         key = (f"panel, {row.get('class') or 'unclassified'}", *_stock_key(row))
@@ -126,7 +126,7 @@ def bom_rows(record: ReviewRecord) -> list[Row]:
         for key, own in sorted(products.items())
     ]
     stock: dict[tuple[str, str, float], int] = defaultdict(int)
-    for row in sheet_rows(record):
+    for row in sheets:
         size = f"{row['length_mm']:g} x {row['width_mm']:g} mm"
         stock[(f"stock sheet {size}", str(row["material"]), float(row["thickness_mm"]))] += 1
     rows += [
@@ -171,94 +171,16 @@ def disarmed(text: str) -> str:
     return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
 
 
-def _write_csv(path: Path, columns: Sequence[Column], rows: Iterable[Row]) -> Path:
+def _lines(columns: Sequence[Column], rows: Iterable[Row]) -> Lines:
+    return [[cell_text(row.get(c.name), c.decimals) for c in columns] for row in rows]
+
+
+def _write_csv(path: Path, columns: Sequence[Column], lines: Lines) -> Path:
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([column.name for column in columns])
-        for row in rows:
-            writer.writerow([cell_text(row.get(c.name), c.decimals) for c in columns])
+        writer.writerows(lines)
     return path
-
-
-def _write_xlsx(path: Path, tables: dict[str, list[Row]]) -> Path:
-    from openpyxl import Workbook
-
-    book = Workbook()
-    book.remove(book.worksheets[0])
-    for name, rows in tables.items():
-        _fill_sheet(book.create_sheet(name), TABLES[name], rows)
-    if not book.worksheets:
-        book.create_sheet("bom").append([c.name for c in BOM])
-    moment = _build_time()
-    book.properties.creator = "fabgeo"
-    book.properties.created = book.properties.modified = moment
-    stream = io.BytesIO()
-    book.save(stream)
-    _repack(stream, path, moment)
-    return path
-
-
-def _fill_sheet(sheet: Any, columns: Sequence[Column], rows: list[Row]) -> None:
-    from openpyxl.styles import Alignment, Font, PatternFill
-    from openpyxl.utils import get_column_letter
-
-    fills = {key: PatternFill("solid", fgColor=value) for key, value in COLOURS.items()}
-    for at, column in enumerate(columns, start=1):
-        words = column.name
-        if column.unit:
-            words = f"{column.name.rsplit('_', 1)[0].replace('_', ' ')} [{column.unit}]"
-        cell = sheet.cell(1, at, words.replace("_", " "))
-        cell.font = Font(bold=True)
-        cell.alignment = Alignment(wrap_text=True, vertical="top")
-        letter = get_column_letter(at)
-        sheet.column_dimensions[letter].width = 40 if column.name in ("reason", "marks") else 13
-    for line, row in enumerate(rows, start=2):
-        for at, column in enumerate(columns, start=1):
-            value = row.get(column.name)
-            if value is None:
-                continue
-            text = cell_text(value, column.decimals)
-            number = column.decimals is not None and text not in ("", "inf", "-inf")
-            cell = sheet.cell(line, at)
-            if number and not isinstance(value, str):
-                cell.value = float(text) if column.decimals else int(text)
-                cell.number_format = "0" + ("." + "0" * column.decimals if column.decimals else "")
-            else:
-                cell.value = text
-                cell.data_type = "s"
-            if column.name == "verdict" and text in fills:
-                cell.fill = fills[text]
-    sheet.freeze_panes = "B2"
-    sheet.auto_filter.ref = f"A1:{get_column_letter(len(columns))}{len(rows) + 1}"
-    sheet.page_setup.orientation = "landscape"
-    sheet.page_setup.fitToHeight = 0
-    sheet.sheet_properties.pageSetUpPr.fitToPage = True
-    sheet.print_title_rows = "1:1"
-
-
-def _repack(stream: io.BytesIO, path: Path, moment: datetime.datetime) -> None:
-    """Write the workbook's archive with one fixed time stamp: equal input gives equal files."""
-    stamp = (max(moment.year, 1980), *moment.timetuple()[1:6])
-    with zipfile.ZipFile(stream) as source, zipfile.ZipFile(path, "w") as target:
-        for name in source.namelist():
-            data = source.read(name)
-            if name == "docProps/core.xml":
-                data = _fixed_core(data, moment)
-            info = zipfile.ZipInfo(name, stamp)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            target.writestr(info, data)
-
-
-def _fixed_core(data: bytes, moment: datetime.datetime) -> bytes:
-    """The document properties with the build's time; openpyxl stamps "modified" when it saves."""
-    stamp = moment.strftime("%Y-%m-%dT%H:%M:%SZ").encode()
-    return re.sub(rb"(<dcterms:modified[^>]*>)[^<]*", rb"\g<1>" + stamp, data)
-
-
-def _build_time() -> datetime.datetime:
-    """SOURCE_DATE_EPOCH if set, else the start of 1980: schedules depend on their input alone."""
-    epoch = int(os.environ.get("SOURCE_DATE_EPOCH", "315532800"))
-    return datetime.datetime.fromtimestamp(epoch, datetime.UTC).replace(tzinfo=None)
 
 
 def _stock_key(row: Row) -> tuple[str, float]:

@@ -27,11 +27,15 @@ def path(points: Array, unit: float = 1.0, closed: bool = False) -> str:
     return f"M{steps[0, 0]} {steps[0, 1]}l{body}" + ("z" if closed else "")
 
 
-def circle_path(centre: Array, radius: float, unit: float = 1.0) -> str:
-    """Path data of a circle."""
-    x, y = np.rint((np.asarray(centre) - [radius, 0.0]) / unit).astype(int).tolist()
-    r = max(round(radius / unit), 1)
-    return f"M{x} {y}a{r} {r} 0 1 0 {2 * r} 0a{r} {r} 0 1 0 {-2 * r} 0"
+def lines(starts: Array, ends: Array, unit: float = 1.0) -> str:
+    """Path data of lines from `starts` (k, 2) to `ends`; a line of no length is a point."""
+    words, last = [], np.zeros(2, dtype=int)
+    p, q = (np.rint(np.asarray(a).reshape(-1, 2) / unit).astype(int) for a in (starts, ends))
+    for begin, end in zip(p, q, strict=True):
+        (x, y), (dx, dy) = (begin - last).tolist(), (end - begin).tolist()
+        words.append(f"m{x} {y}" + (f"l{dx} {dy}" if dx or dy else "h0"))
+        last = end
+    return "".join(words).replace(" -", "-")
 
 
 def png_uri(pixels: npt.NDArray[np.uint8]) -> str:

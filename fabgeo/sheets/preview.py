@@ -5,6 +5,7 @@ Pierces: see `fabgeo.sheets.drawn`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TypedDict
@@ -39,8 +40,10 @@ def sheet_figures(
     """Utilisation, weight, cut length and pierces of one sheet; density in kg/m3."""
     placed = [parts[placement.mark] for placement in sheet.placements]
     size = sheet.stock.length * sheet.stock.width
-    contours = [contour for part in placed for contour in _contours(part)]
-    area = sum(part.area if isinstance(part, FlatPart) else part.part.area for part in placed)
+    flat = [part if isinstance(part, FlatPart) else part.part for part in placed]
+    holes = [hole for part in flat for hole in part.holes]
+    around = sum(math.pi * hole.diameter + 2.0 * hole.slot for hole in holes)
+    area = sum(part.area for part in flat)
     per_area = sheet.stock.thickness * density * 1e-9
     return SheetFigures(
         parts=len(placed),
@@ -48,8 +51,8 @@ def sheet_figures(
         parts_area_mm2=area,
         sheet_area_mm2=size,
         utilisation=area / size,
-        cut_length_mm=sum(contour.length for contour in contours),
-        pierces=len(contours),
+        cut_length_mm=around + sum(_outer(part).length for part in placed),
+        pierces=len(placed) + len(holes),
         parts_mass_kg=area * per_area,
         sheet_mass_kg=size * per_area,
     )
@@ -78,7 +81,11 @@ def nest_figures(
 def _contours(part: FlatPart | Drawn) -> tuple[Contour, ...]:
     if isinstance(part, Drawn):
         return part.contours
-    return (part_contour(part), *(hole_contour(hole) for hole in part.holes))
+    return (_outer(part), *(hole_contour(hole) for hole in part.holes))
+
+
+def _outer(part: FlatPart | Drawn) -> Contour:
+    return part.outer if isinstance(part, Drawn) else part_contour(part)
 
 
 def sheet_svg(sheet: Sheet, parts: Mapping[str, FlatPart | Drawn], width: int = 900) -> str:

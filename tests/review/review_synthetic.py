@@ -135,7 +135,14 @@ def record(strips: int = 6, cells: int = 4, name: str = "Barrel <b>roof</b>") ->
         version="0.1.0",
         panels=tuple(panels),
         connectors=tuple(
-            {"mark": c.mark, "product": c.product, "panel": f"P{c.mark[1:6]}", "mass_kg": 0.4}
+            {
+                "mark": c.mark,
+                "product": c.product,
+                "panel": f"P{c.mark[1:7]}",
+                "mass_kg": 0.4,
+                **{f"{k}_mm": float(v) for k, v in zip("xyz", c.origin, strict=True)},
+                **{f"axis_{k}": float(v) for k, v in zip("xyz", c.axis, strict=True)},
+            }
             for c in connectors
         ),
         shown=tuple(shown),

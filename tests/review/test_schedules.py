@@ -63,6 +63,33 @@ def test_the_workbook_has_frozen_headers_filters_units_and_no_formula(tmp_path: 
             assert cell.data_type != "f"
 
 
+def test_the_workbook_says_what_the_csv_says(tmp_path: Path) -> None:
+    from openpyxl import load_workbook
+
+    made = record(2, 3)
+    odd = {**made.panels[0], "material": " a < b & \x0bc ", "radius_min_mm": float("inf")}
+    write_schedules(tmp_path, replace(made, panels=(odd, *made.panels[1:])))
+    book = load_workbook(tmp_path / "schedules" / "fabgeo.xlsx")
+    for sheet in book.worksheets:
+        rows = rows_of(tmp_path / "schedules" / f"{sheet.title}.csv")
+        assert sheet.max_row == len(rows) + 1
+        for line, row in zip(sheet.iter_rows(min_row=2), rows, strict=True):
+            for cell, text in zip(line, row.values(), strict=True):
+                if cell.data_type == "n" and cell.value is not None:
+                    assert float(text) == cell.value
+                    assert cell.number_format in ("0", "0." + "0" * len(text.partition(".")[2]))
+                else:
+                    assert (cell.value or "") == text.replace("\x0b", "")
+    sheet = book["panels"]
+    heads = [cell.value for cell in sheet[1]]
+    verdicts = {
+        cell.value: cell.fill.fgColor.rgb for cell in list(sheet.columns)[heads.index("verdict")]
+    }
+    colours = {"good": "FFD5E8F0", "warn": "FFFCE3B4", "fail": "FFF4C0B0"}
+    assert {key: verdicts.get(key, value) for key, value in colours.items()} == colours
+    assert len(verdicts.keys() & colours.keys()) > 1
+
+
 def test_formulas_are_disarmed_and_numbers_are_not() -> None:
     for text in ("=1+1", "+1", "-1", "@SUM(A1)", "\t=1"):
         assert disarmed(text) == "'" + text
@@ -75,7 +102,7 @@ def test_formulas_are_disarmed_and_numbers_are_not() -> None:
 
 def test_the_bill_of_materials_holds_every_panel_once() -> None:
     made = record(3, 4)
-    rows = [row for row in bom_rows(made) if str(row["item"]).startswith("panel")]
+    rows = [row for row in bom_rows(made, []) if str(row["item"]).startswith("panel")]
     assert sum(row["count"] for row in rows) == 12
     assert sum(row["mass_kg"] for row in rows) == pytest.approx(
         sum(row["mass_kg"] for row in made.panels)

@@ -10,6 +10,13 @@ const el = (tag, attributes = {}, ...children) => {
   return node;
 };
 
+// A column is a list, or its words and every row's place among them.
+for (const table of Object.values(DATA.tables)) {
+  const columns = table.values.map((own) => (Array.isArray(own) ? own : own.at.map((k) => own.words[k])));
+  table.rows = columns[0].map((_, row) => columns.map((own) => own[row]));
+}
+const FLATS = new Map(DATA.flats.map((mark, number) => [mark, number]));
+
 // Rows by mark: {table, values by column name}
 const ROWS = new Map();
 for (const [table, { columns, rows }] of Object.entries(DATA.tables)) {

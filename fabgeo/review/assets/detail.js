@@ -8,7 +8,7 @@ const svg = (tag, attributes = {}, ...children) => {
 };
 
 function flatPicture(mark) {
-  const number = DATA.flats[mark];
+  const number = FLATS.get(mark);
   if (number === undefined) return null;
   const [x0, y0, x1, y1] = $(`f${number}`).dataset.box.split(" ").map(Number);
   const pad = 0.03 * Math.max(x1 - x0, y1 - y0);

@@ -73,6 +73,7 @@ function theme() {
   if (view) view.draw();
 }
 
+for (const use of document.querySelectorAll("#sheets use")) use.dataset.mark = DATA.flats[use.getAttribute("href").slice(2)];
 tables = new Tables(pick);
 modes();
 start3d();

@@ -10,7 +10,7 @@ function bytes(text) {
 function decode() {
   const steps = new Uint16Array(bytes(DATA.parts.steps));
   let at = 0;
-  return DATA.parts.index.map(([mark, family, n, k, x, y, z, size, nx, ny, nz, row]) => {
+  return DATA.parts.index.map(([mark, family, n, k, x, y, z, size, nx, ny, nz, row = mark]) => {
     const points = new Float32Array(3 * n * k), step = size / 65535;
     for (let i = 0; i < points.length; i += 3, at += 3) {
       points[i] = x + steps[at] * step;
@@ -155,15 +155,15 @@ class View {
   }
 
   addConnectors(offset) {
-    const { marks, places } = DATA.connectors;
+    const rows = [...ROWS].filter(([, row]) => row.table === "connectors"), marks = rows.map(([mark]) => mark);
     if (!marks.length) return;
-    const values = new Float32Array(bytes(places)), r = Math.min(Math.max(this.size / 900, 12), 60);
+    const r = Math.min(Math.max(this.size / 900, 12), 60);
     const geometry = new THREE.CylinderGeometry(r, r, 5 * r, 8);
     const mesh = new THREE.InstancedMesh(geometry, new THREE.MeshLambertMaterial({ color: 0xffffff }), marks.length);
     const up = new THREE.Vector3(0, 1, 0), matrix = new THREE.Matrix4(), grey = new THREE.Color(0x6b4fa0);
-    marks.forEach((mark, i) => {
-      const at = [0, 1, 2].map((d) => values[6 * i + d] - offset[d]);
-      const axis = new THREE.Vector3(...[3, 4, 5].map((d) => values[6 * i + d]));
+    rows.forEach(([mark, { values }], i) => {
+      const at = ["x", "y", "z"].map((d, k) => values[`${d}_mm`] - offset[k]);
+      const axis = new THREE.Vector3(values.axis_x, values.axis_y, values.axis_z);
       matrix.makeRotationFromQuaternion(new THREE.Quaternion().setFromUnitVectors(up, axis.normalize()));
       matrix.setPosition(...at);
       mesh.setMatrixAt(i, matrix);
