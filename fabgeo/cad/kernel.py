@@ -79,6 +79,7 @@ def knot_arrays(knots: Array) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInt
     return _knot_arrays(np.ascontiguousarray(knots, dtype=np.float64).tobytes())
 
 
+@lru_cache(maxsize=16)
 def one_span(degree: int) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger]:
     """Knots of one polynomial over [0, 1]: every program reads B-splines, few Bezier curves."""
     return knot_arrays(np.repeat([0.0, 1.0], degree + 1))

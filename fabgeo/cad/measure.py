@@ -15,7 +15,10 @@ from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
-from OCP.TopoDS import TopoDS_Shape
+from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+from OCP.TopoDS import TopoDS, TopoDS_Shape
+from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from fabgeo.arrays import Array
 from fabgeo.cad import kernel
@@ -46,22 +49,16 @@ def is_valid(shape: TopoDS_Shape) -> bool:
 
 def is_closed(shape: TopoDS_Shape) -> bool:
     """Whether every edge is used once in each sense (seams too)."""
-    senses: Counter[int] = Counter()
-    uses: Counter[int] = Counter()
-    seen: list[TopoDS_Shape] = []
-    index: dict[int, list[int]] = {}
-    for edge in kernel.edges(shape):
-        if BRep_Tool.Degenerated_s(edge):
-            continue
-        bucket = index.setdefault(hash(edge), [])
-        key = next((k for k in bucket if seen[k].IsSame(edge)), -1)
-        if key < 0:
-            key = len(seen)
-            seen.append(edge)
-            bucket.append(key)
-        uses[key] += 1
-        senses[key] += 1 if edge.Orientation().name == "TopAbs_FORWARD" else -1
-    return bool(seen) and all(uses[k] == 2 and senses[k] == 0 for k in uses)
+    known = TopTools_IndexedMapOfShape()
+    forward: Counter[int] = Counter()
+    backward: Counter[int] = Counter()
+    for edge in kernel.explore(shape, TopAbs_ShapeEnum.TopAbs_EDGE):
+        senses = forward if edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD else backward
+        senses[known.Add(edge)] += 1
+    for key in range(1, known.Extent() + 1):
+        if BRep_Tool.Degenerated_s(TopoDS.Edge_s(known.FindKey(key))):
+            del forward[key], backward[key]
+    return bool(forward) and forward == backward and set(forward.values()) == {1}
 
 
 def volume(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> tuple[float, Array]:
@@ -81,10 +78,7 @@ def surface_area(shape: TopoDS_Shape) -> float:
 
 def max_tolerance(shape: TopoDS_Shape) -> float:
     """The largest tolerance of faces, edges and vertices."""
-    tolerances = [BRep_Tool.Tolerance_s(face) for face in kernel.faces(shape)]
-    tolerances += [BRep_Tool.Tolerance_s(edge) for edge in kernel.edges(shape)]
-    tolerances += [BRep_Tool.Tolerance_s(vertex) for vertex in kernel.vertices(shape)]
-    return float(max(tolerances, default=0.0))
+    return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
 
 
 def surface_kinds(shape: TopoDS_Shape) -> dict[str, int]:
