@@ -44,7 +44,7 @@ def drawn(part: FlatPart, style: DxfStyle | None = None) -> Drawn:
     style = style or DxfStyle()
     outer = outer_contour(part, style)
     holes = tuple(hole_contour(hole) for hole in part.holes)
-    return Drawn(part, outer, holes, place_mark(part.mark, outer, list(holes), style.mark_height))
+    return Drawn(part, outer, holes, place_mark(part.mark, outer, part.holes, style.mark_height))
 
 
 def with_contour(part: FlatPart, style: DxfStyle) -> FlatPart:

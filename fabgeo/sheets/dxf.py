@@ -11,19 +11,17 @@ bulge
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
 from fabgeo.panels.flat import FlatEdge, FlatPart
 from fabgeo.sheets.contour import Contour
 from fabgeo.sheets.drawn import Drawn, drawn
 from fabgeo.sheets.dxf_document import DxfStyle, Template
+from fabgeo.sheets.dxf_forms import Entities
 from fabgeo.sheets.preview import sheet_svg
 from fabgeo.sheets.stock import Nest, Placement, Sheet
 
@@ -32,9 +30,10 @@ def write_part(part: FlatPart | Drawn, path: Path, style: DxfStyle | None = None
     """Write one part's file and, where it is bent, its bend table ``<mark>.bends.csv`` beside."""
     style = style or DxfStyle()
     made = drawn(part, style) if isinstance(part, FlatPart) else part
-    document = Template.of(style)
-    _add_part(document.space, made, Placement(made.mark, 0.0, 0.0, 0.0), style)
-    document.save(path)
+    template = Template.of(style)
+    entities = Entities(template.forms)
+    _add_part(entities, made, Placement(made.mark, 0.0, 0.0, 0.0), style)
+    template.save(entities, path)
     if made.part.bends:
         table = bend_table(made.part)
         path.with_suffix(".bends.csv").write_text(table, encoding="utf-8", newline="")
@@ -54,21 +53,19 @@ def write_sheet(
         for mark, part in parts.items()
         if mark in {placement.mark for placement in sheet.placements}
     }
-    document = Template.of(style)
-    space = document.space
-    stock = sheet.stock
+    template = Template.of(style)
+    entities, stock = Entities(template.forms), sheet.stock
     corners = [(0.0, 0.0), (stock.length, 0.0), (stock.length, stock.width), (0.0, stock.width)]
     vertices = np.array([(x, y, 0.0) for x, y in corners])
-    _polyline(space, vertices, style, "SHEET", closed=True)
+    entities.polyline(style.layer("SHEET"), vertices, closed=True)
     title = (
         f"{sheet.name}  {stock.material} {stock.thickness:g} mm  {stock.length:g} x "
         f"{stock.width:g}  {len(sheet.placements)} parts  {100 * sheet.utilisation:.1f} %"
     )
-    attributes = {"layer": style.layer("INFO"), "height": 30.0, "insert": (0.0, -50.0)}
-    space.add_text(title, dxfattribs=attributes)
+    entities.write(style.layer("INFO"), title, (0.0, -50.0), 30.0)
     for placement in sheet.placements:
-        _add_part(space, parts[placement.mark], placement, style)
-    document.save(path)
+        _add_part(entities, parts[placement.mark], placement, style)
+    template.save(entities, path)
     path.with_suffix(".svg").write_text(sheet_svg(sheet, parts), encoding="utf-8", newline="")
 
 
@@ -112,47 +109,40 @@ def write_parts(
 
 def bend_table(part: FlatPart) -> str:
     """CSV of the bend lines: number, ends, length, radius (signed, towards the up-side)."""
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\n")
-    table.writerow(["bend", "x1_mm", "y1_mm", "x2_mm", "y2_mm", "length_mm", "radius_mm"])
-    for k, bend in enumerate(part.bends, start=1):
-        length = float(np.linalg.norm(bend.end - bend.start))
-        values = [*bend.start, *bend.end, length, bend.radius]
-        table.writerow([k, *(f"{value:.3f}" for value in values)])
-    return out.getvalue()
+    ends = np.array([[*bend.start, *bend.end] for bend in part.bends]).reshape(-1, 4)
+    length = np.hypot(*(ends[:, 2:] - ends[:, :2]).T)
+    rows = np.column_stack([ends, length, [bend.radius for bend in part.bends]])
+    lines = ["bend,x1_mm,y1_mm,x2_mm,y2_mm,length_mm,radius_mm"]
+    lines += [f"{k}," + ",".join(f"{v:.3f}" for v in row) for k, row in enumerate(rows.tolist(), 1)]
+    return "\n".join(lines) + "\n"
 
 
-def _add_part(space: Any, made: Drawn, placement: Placement, style: DxfStyle) -> None:
+def _add_part(entities: Entities, made: Drawn, placement: Placement, style: DxfStyle) -> None:
     part, move = made.part, _motion(placement)
     if style.outline == "splines":
         for edge in part.outline:
-            _spline(space, edge, move, style)
+            _spline(entities, edge, move, style.layer("CUT_OUTER"))
     else:
-        _contour(space, made.outer, placement, style, "CUT_OUTER")
+        _contour(entities, made.outer, placement, style.layer("CUT_OUTER"))
     for hole, contour in zip(part.holes, made.holes, strict=True):
         if hole.slot > 0.0:
-            _contour(space, contour, placement, style, "HOLES")
+            _contour(entities, contour, placement, style.layer("HOLES"))
         else:
-            x, y = move(hole.centre[None])[0]
-            attributes = {"layer": style.layer("HOLES")}
-            space.add_circle((float(x), float(y)), hole.diameter / 2.0, dxfattribs=attributes)
+            centre = move(hole.centre[None])[0]
+            entities.circle(style.layer("HOLES"), centre, hole.diameter / 2.0)
     for bend in part.bends:
-        p, q = move(np.stack([bend.start, bend.end])).tolist()
-        space.add_line(p, q, dxfattribs={"layer": style.layer("RULINGS")})
-    for stroke in made.label.strokes:
-        points = move(stroke)
+        entities.line(style.layer("RULINGS"), *move(np.stack([bend.start, bend.end])).tolist())
+    label = made.label
+    if label.strokes:
+        points = move(np.concatenate(label.strokes))
         vertices = np.column_stack([points, np.zeros(len(points))])
-        _polyline(space, vertices, style, "MARK", closed=False)
-    label = made.label  # the text stands small under its strokes, within the room they were given
+        for own in np.split(vertices, np.cumsum([len(stroke) for stroke in label.strokes[:-1]])):
+            entities.polyline(style.layer("MARK"), own, closed=False)
+    # The text stands small under its strokes, within the room they were given.
     down = 0.64 * label.height * np.array([np.sin(label.angle), -np.cos(label.angle)])
-    x, y = move((label.centre + down)[None])[0].tolist()
-    attributes = {
-        "layer": style.layer("INFO"),
-        "height": 0.13 * label.height or 2.5,
-        "rotation": float(np.degrees(label.angle + placement.rotation)),
-        "insert": (x, y),
-    }
-    space.add_text(part.mark, dxfattribs=attributes)
+    at = move((label.centre + down)[None])[0]
+    degrees = float(np.degrees(label.angle + placement.rotation))
+    entities.write(style.layer("INFO"), part.mark, at, 0.13 * label.height or 2.5, degrees)
 
 
 def _motion(placement: Placement) -> Any:
@@ -161,28 +151,15 @@ def _motion(placement: Placement) -> Any:
     return lambda points: np.asarray(points) @ turn + shift
 
 
-def _contour(
-    space: Any, contour: Contour, placement: Placement, style: DxfStyle, layer: str
-) -> None:
+def _contour(entities: Entities, contour: Contour, placement: Placement, layer: str) -> None:
     moved = contour.moved(placement.x, placement.y, placement.rotation)
-    _polyline(space, moved.vertices, style, layer, closed=True)
+    entities.polyline(layer, moved.vertices, closed=True)
 
 
-def _polyline(space: Any, vertices: Array, style: DxfStyle, layer: str, closed: bool) -> None:
-    attributes = {"layer": style.layer(layer)}
-    points = vertices.tolist()
-    if style.version == "R12":
-        space.add_polyline2d(points, format="xyb", close=closed, dxfattribs=attributes)
-    else:
-        space.add_lwpolyline(points, format="xyb", close=closed, dxfattribs=attributes)
-
-
-def _spline(space: Any, edge: FlatEdge, move: Any, style: DxfStyle) -> None:
+def _spline(entities: Entities, edge: FlatEdge, move: Any, layer: str) -> None:
     """The edge exactly: its Hermite curves as one cubic B-spline with double inner knots."""
-    attributes = {"layer": style.layer("CUT_OUTER")}
     if len(edge.points) == 2:
-        p, q = move(edge.points).tolist()
-        space.add_line(p, q, dxfattribs=attributes)
+        entities.line(layer, *move(edge.points).tolist())
         return
     h = np.diff(edge.arc)[:, None]
     leave = edge.points[:-1] + h * edge.tangents[:-1] / 3.0
@@ -190,6 +167,4 @@ def _spline(space: Any, edge: FlatEdge, move: Any, style: DxfStyle) -> None:
     inner = np.stack([leave, arrive], axis=1).reshape(-1, 2)
     poles = move(np.concatenate([edge.points[:1], inner, edge.points[-1:]]))
     knots = np.concatenate([[edge.arc[0]] * 4, np.repeat(edge.arc[1:-1], 2), [edge.arc[-1]] * 4])
-    space.add_open_spline(
-        [(*p, 0.0) for p in poles.tolist()], degree=3, knots=knots.tolist(), dxfattribs=attributes
-    )
+    entities.spline(layer, poles, knots)

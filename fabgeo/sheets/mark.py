@@ -10,14 +10,17 @@ clearance
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from fabgeo.arrays import Array
+from fabgeo.panels.flat import FlatHole
 from fabgeo.sheets.contour import Contour
 
 CAPITALS = 21.0  # units of a capital letter's height in the Hershey fonts
@@ -73,7 +76,7 @@ def up_arrow(left: float) -> list[list[tuple[float, float]]]:
 def place_mark(
     text: str,
     outer: Contour,
-    holes: list[Contour],
+    holes: Sequence[FlatHole],
     height: float = 20.0,
     clearance: float = 3.0,
 ) -> Mark:
@@ -82,10 +85,9 @@ def place_mark(
     The mark runs along x, or along y where only that fits; among the places that fit, the one
     nearest to the middle of the part is taken.
     """
-    polygon = shapely.Polygon(outer.points(0.5))
-    material = polygon.buffer(0).difference(
-        shapely.union_all([shapely.Polygon(hole.points(0.5)) for hole in holes])
-    )
+    material = shapely.Polygon(outer.points(0.5)).buffer(0)
+    if holes:
+        material = material.difference(shapely.union_all(_regions(holes)))
     room = material.buffer(-clearance - 0.5, quad_segs=2)
     middle = shapely.point_on_surface(material) if room.is_empty else room.representative_point()
     centre = np.array([middle.x, middle.y])
@@ -106,6 +108,17 @@ def place_mark(
         )
         return Mark(lines, at, size, angle)
     return Mark((), centre, 0.0, 0.0)
+
+
+def _regions(holes: Sequence[FlatHole]) -> NDArray[np.object_]:
+    """What the holes take away: all points within half a width of a point or a slot's line."""
+    angles = np.array([hole.angle for hole in holes])
+    way = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    half = 0.5 * np.array([[hole.slot] for hole in holes]) * way
+    centres = np.array([hole.centre for hole in holes])
+    radii = np.array([0.5 * hole.diameter for hole in holes])
+    lines = shapely.linestrings(np.stack([centres - half, centres + half], axis=1))
+    return shapely.buffer(lines, radii, quad_segs=4)
 
 
 def _place(room: BaseGeometry, width: float, height: float) -> tuple[Array, float] | None:

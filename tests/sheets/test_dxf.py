@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import io
+import re
 from pathlib import Path
 
 import ezdxf
 import numpy as np
 import pytest
 import shapely
+from ezdxf.lldxf.tagwriter import TagWriter
 from sheet_parts import wavy_part
 
 from fabgeo.errors import InputError
 from fabgeo.panels.unfold import flat_polygon
 from fabgeo.sheets.dxf import DxfStyle, write_nests, write_part, write_parts
+from fabgeo.sheets.dxf_forms import Entities, Forms
 from fabgeo.sheets.dxf_read import read_part, read_sheet
 from fabgeo.sheets.nest import nest
 from fabgeo.sheets.stock import Stock
@@ -45,6 +49,34 @@ def test_files_pass_the_audit_and_read_back(tmp_path: Path, style: DxfStyle) -> 
     x0, y0, x1, y1 = found.outer.bounds()
     assert (x0, x1, y1) == pytest.approx((0.0, 1500.0, 700.0), abs=1e-9)
     assert y0 == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize("version", ["R2000", "R2010"])
+def test_forms_are_what_ezdxf_writes(version: str) -> None:
+    document = ezdxf.new(version)
+    entities = Entities(Forms(document))
+    vertices = np.array([[0.1, 2.0, 0.0], [-3.0, 1 / 3, -0.25], [5e-7, 1e6, 1.0]])
+    entities.line("A", (0.1, -2.5), (3.0, 1 / 3))
+    entities.circle("B {x}", (1e-9, 7.0), 2.5)
+    entities.polyline("A", vertices, closed=True)
+    entities.polyline("A", vertices[:2], closed=False)
+    entities.write("C", "P-01-02 é {8}", (4.0, 5.0), 2.5, 30.0)
+    space = document.modelspace()
+    own = [
+        space.add_line((0.1, -2.5), (3.0, 1 / 3), dxfattribs={"layer": "A"}),
+        space.add_circle((1e-9, 7.0), 2.5, dxfattribs={"layer": "B {x}"}),
+        space.add_lwpolyline(vertices.tolist(), "xyb", close=True, dxfattribs={"layer": "A"}),
+        space.add_lwpolyline(vertices[:2].tolist(), "xyb", dxfattribs={"layer": "A"}),
+        space.add_text(
+            "P-01-02 é {8}",
+            dxfattribs={"layer": "C", "height": 2.5, "rotation": 30.0, "insert": (4.0, 5.0)},
+        ),
+    ]
+    out = io.StringIO()
+    for entity in own:
+        entity.export_dxf(TagWriter(out, document.dxfversion))
+    handles = re.compile(r"^  5\n[0-9A-F]+$", re.MULTILINE)
+    assert handles.sub("", entities.text) == handles.sub("", out.getvalue())
 
 
 def test_outline_is_one_closed_polyline_of_lines_and_arcs(tmp_path: Path) -> None:
