@@ -13,20 +13,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, dot
+from fabgeo.arrays import Array, dot
+from fabgeo.build.facts import Facts
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.cad.assembly import Node
 from fabgeo.cad.measure import is_closed, is_valid
 from fabgeo.panels.flat import FlatPart
-from fabgeo.panels.unfold_certificate import hermite_length
 from fabgeo.project import Project
 from fabgeo.review.record import Limit
 from fabgeo.sheets.stock import Nest
 from fabgeo.strips.measures import Measures, measure
 from fabgeo.strips.offset import Offset, offset
-from fabgeo.strips.ruled import RuledPatch
-from fabgeo.structures.parts import Plate
 from fabgeo.structures.prisms import ruled_normals
 
 if TYPE_CHECKING:
@@ -34,12 +32,8 @@ if TYPE_CHECKING:
 
 type Figures = dict[str, dict[str, float | None]]
 
-HALVINGS, EXACT = 10, 1e-6  # of knot spans at most, mm that an edge's length may still change by
 CERTIFIED = ("edge_length_error_mm", "area_error_rel", "refold_error_mm")
-SIDES = ("first", "second", "start", "end")
 FACING = {"first": "second", "second": "first", "start": "end", "end": "start"}
-
-_NODES, _WEIGHTS = (np.asarray(x) for x in np.polynomial.legendre.leggauss(8))
 
 
 def model_figures(design: Design) -> tuple[dict[str, float | None], Measures]:
@@ -97,26 +91,17 @@ def panel_deviations(design: Design) -> tuple[Array, Array]:
     return signed.reshape(len(points), -1) - height, points
 
 
-def twist_of(plate: Plate) -> float:
-    """Largest angle in degrees between a plate's normals at both ends of a ruling."""
-    u = plate.mid.parameters(4)
-    a, b = plate.mid.edges(u)
-    da, db = plate.mid.edges(u, 1)
-    m0, m1 = (cross(d, b - a) for d in (da, db))
-    sine = np.linalg.norm(cross(m0, m1), axis=-1)
-    return float(np.degrees(np.arctan2(sine, dot(m0, m1)).max()))
-
-
 def part_figures(
     design: Design,
     flats: Mapping[str, FlatPart],
     built: Mapping[str, Built],
     deviations: Array | None,
+    facts: Mapping[str, Facts],
 ) -> Figures:
     """Figures of every part by mark."""
     out: Figures = {}
     for plate in design.plates:
-        figures: dict[str, float | None] = {"twist_max_deg": twist_of(plate)}
+        figures: dict[str, float | None] = {"twist_max_deg": facts[plate.mark].twist_deg}
         flat = flats.get(plate.mark)
         if flat is not None:
             figures |= {key: flat.certificate.get(key) for key in CERTIFIED}
@@ -150,6 +135,7 @@ def summary_of(
     built: Mapping[str, Built],
     nests: list[Nest],
     products: Mapping[str, Node],
+    facts: Mapping[str, Facts],
 ) -> dict[str, float | None]:
     """The package's figures: the worst over all parts (handover.md)."""
     out: dict[str, float | None] = dict(model)
@@ -157,7 +143,7 @@ def summary_of(
         values = [v for f in (model, *parts.values()) if (v := f.get(key)) is not None]
         out[key] = max(values) if values else None
     out["kink_added_deg"] = max((c.kink_added_deg for c in design.choices.values()), default=None)
-    out["shared_edge_error_mm"] = shared_edge_error(design, flats)
+    out["shared_edge_error_mm"] = shared_edge_error(facts)
     of_product = {key: list(_shapes(node)) for key, node in products.items()}
     distinct = {hash(shape): shape for own in of_product.values() for shape in own}
     unsound = sum(not (is_valid(shape) and is_closed(shape)) for shape in distinct.values())
@@ -183,7 +169,7 @@ def _shapes(node: Node) -> Iterator[Shape]:
         yield from _shapes(child)
 
 
-def shared_edge_error(design: Design, flats: Mapping[str, FlatPart]) -> float | None:
+def shared_edge_error(facts: Mapping[str, Facts]) -> float | None:
     """Largest difference between two neighbouring flat parts along the edge they share, in mm.
 
     Neighbours as cut are not equally long there: a joint shortens the edge on the outside of a
@@ -191,40 +177,16 @@ def shared_edge_error(design: Design, flats: Mapping[str, FlatPart]) -> float | 
     flat alike: the difference of their flat lengths less the difference of the same two edges in
     space. Without a joint, on developable panels, it is the plain difference of flat lengths.
     """
-    mids = {plate.mark: plate.mid for plate in design.plates}
     errors: dict[tuple[str, str], tuple[str, float]] = {}
-    for part in flats.values():
-        space = dict[str, float](zip(SIDES, edge_lengths(mids[part.mark]), strict=True))
-        for edge in part.outline:
-            error = hermite_length(edge) - space[edge.name]
-            errors[part.mark, edge.name] = (edge.shared, error)
+    for mark, own in facts.items():
+        for name, shared, length in own.flat_lengths:
+            errors[mark, name] = (shared, length - own.lengths[name])
     worst: float | None = None
     for (mark, side), (shared, error) in errors.items():
         neighbour, back = errors.get((shared, FACING[side]), ("", 0.0))
         if neighbour == mark:
             worst = max(worst or 0.0, abs(error - back))
     return worst
-
-
-def edge_lengths(mid: RuledPatch) -> tuple[float, float, float, float]:
-    """Lengths in mm of the edges first, second, start and end.
-
-    By Gauss quadrature over knot spans, halved until nothing changes: a cut edge that comes close
-    to the rulings' direction is steep in the parameter.
-    """
-    spans, lengths = np.unique(mid.knots), np.zeros(2)
-    for _ in range(HALVINGS):
-        half = np.diff(spans)[:, None] / 2.0
-        u = (spans[:-1, None] + half * (_NODES + 1.0)).ravel()
-        speed = np.linalg.norm(mid.edges(u, 1), axis=-1)
-        before, lengths = lengths, speed @ (half * _WEIGHTS).ravel()
-        if np.abs(lengths - before).max() < EXACT:
-            break
-        spans = np.union1d(spans, (spans[1:] + spans[:-1]) / 2.0)
-    first, second = lengths
-    a, b = mid.edges(np.array([mid.u0, mid.u1]))
-    start, end = np.linalg.norm(b - a, axis=-1)
-    return float(first), float(second), float(start), float(end)
 
 
 def limits_of(project: Project) -> tuple[Limit, ...]:

@@ -153,7 +153,7 @@ def write_package(
             write_flats(folder, project, flats, nests, jobs, cache)
     with clock.stage("measure"):
         missing = not_asked(project)
-        record = record_of(design, flats, nests, built, seconds, missing)
+        record = record_of(design, flats, nests, built, seconds, missing, jobs, cache)
     with clock.stage("review"):
         write_schedules(staged, record)
         _write_pages(folder, record, project)

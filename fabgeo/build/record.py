@@ -9,6 +9,8 @@ import numpy as np
 
 import fabgeo
 from fabgeo.arrays import Array
+from fabgeo.build.cache import Cache
+from fabgeo.build.facts import facts_of
 from fabgeo.build.figures import (
     limits_of,
     model_figures,
@@ -20,6 +22,7 @@ from fabgeo.build.fixings import masses_of, products_of
 from fabgeo.build.geometry import Design
 from fabgeo.build.rows import beam_rows, cell_rows, panel_rows, places_of, plate_rows
 from fabgeo.build.solids import Built
+from fabgeo.build.surface import seen
 from fabgeo.panels.flat import FlatPart
 from fabgeo.review.display import shown_plate, shown_prism
 from fabgeo.review.record import (
@@ -40,11 +43,14 @@ def record_of(
     built: Mapping[str, Built],
     seconds: Mapping[str, float],
     not_asked: tuple[str, ...],
+    jobs: int | None = None,
+    cache: Cache | None = None,
 ) -> ReviewRecord:
-    """Everything that the review shows and judges."""
-    model, _ = model_figures(design)
-    deviations, _ = panel_deviations(design) if design.panels else (None, None)
-    figures = part_figures(design, flats, built, deviations)
+    """Everything that the review shows and judges; what is of one part is measured by `jobs`."""
+    store = cache or Cache()
+    model, deviations, seen = store.once("deviations", _compared(design), lambda: _compare(design))
+    facts = facts_of(design, flats, jobs, store)
+    figures = part_figures(design, flats, built, deviations, facts)
     places = places_of(nests)
     project = design.project
     products = products_of(design)
@@ -52,10 +58,10 @@ def record_of(
         name=project.name,
         unit=project.surface.unit or "mm",
         version=fabgeo.__version__,
-        panels=tuple(panel_rows(design, flats, built, figures, places)),
-        plates=tuple(plate_rows(design, flats, built, places)),
-        beams=tuple(beam_rows(design, built)),
-        cells=tuple(cell_rows(design, built)),
+        panels=tuple(panel_rows(design, flats, built, figures, places, facts)),
+        plates=tuple(plate_rows(design, flats, built, places, facts)),
+        beams=tuple(beam_rows(design, built, facts)),
+        cells=tuple(cell_rows(design, built, facts)),
         connectors=tuple(connector_rows(design, masses_of(products))),
         shown=tuple(_shown(design)),
         shown_connectors=tuple(
@@ -67,10 +73,10 @@ def record_of(
         setout=tuple(setout_of(design)),
         limits=limits_of(project),
         figures=figures,
-        summary=summary_of(design, model, figures, flats, built, nests, products),
+        summary=summary_of(design, model, figures, flats, built, nests, products, facts),
         history=tuple(design.fit.history),
         seconds=seconds,
-        deviation=deviation_map(design),
+        deviation=DeviationMap(*seen),
         tradeoff=design.tradeoff,
         remarks=design.notes,
         not_asked=not_asked,
@@ -79,6 +85,27 @@ def record_of(
             for name in sorted({plate.material for plate in design.plates})
         },
     )
+
+
+type _Compared = tuple[dict[str, float | None], Array | None, tuple[Array, Array]]
+
+
+def _compared(design: Design) -> tuple[Any, ...]:
+    """What all comparison with the design surface depends on; a surface is known by points."""
+    project = design.project
+    height = project.panels.offset if project.panels else 0.0
+    made = (design.model, [plate.mid for plate in design.panels], height)
+    beams = project.beams and (project.beams.standoff, project.beams.depth, bool(design.beams))
+    depth = project.cells and project.cells.depth
+    return (*seen(design.surface), *made, beams, depth)
+
+
+def _compare(design: Design) -> _Compared:
+    """Figures of the model, deviations of the panels, and the map of the model's."""
+    model, _ = model_figures(design)
+    deviations, _ = panel_deviations(design) if design.panels else (None, None)
+    shown = deviation_map(design)
+    return model, deviations, (shown.points, shown.values)
 
 
 def deviation_map(design: Design) -> DeviationMap:

@@ -7,21 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross
+from fabgeo.arrays import Array
+from fabgeo.build.facts import Facts
 from fabgeo.build.figures import Figures
 from fabgeo.build.geometry import Design
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
 from fabgeo.project import Project
-from fabgeo.review.display import shown_prism
 from fabgeo.review.verdicts import ORDER
-from fabgeo.sheets.biarc import dense
 from fabgeo.sheets.boards import opposite_congruence, plank
 from fabgeo.sheets.stock import Nest
-from fabgeo.structures.beams import plate_radii
-from fabgeo.structures.boxes import Box, oriented_box
+from fabgeo.structures.boxes import Box
 from fabgeo.structures.parts import Beam, Plate
-from fabgeo.structures.prisms import ruled_normals
 
 type Row = dict[str, Any]
 type Places = dict[str, tuple[str, float]]
@@ -47,6 +44,7 @@ def panel_rows(
     built: Mapping[str, Built],
     figures: Figures,
     places: Places,
+    facts: Mapping[str, Facts],
 ) -> list[Row]:
     """One row a panel."""
     count: dict[str, int] = {}
@@ -79,15 +77,15 @@ def panel_rows(
             "erection_order": order[plate.mark],
             "reason": choice.reason,
         }
-        row = _joined(row, _plate_row(design.project, plate, flats, built, places))
-        row = _joined(row, _box_row(box_of(plate), design.project))
+        row = _joined(row, _plate_row(design.project, plate, flats, built, places, facts))
+        row = _joined(row, _box_row(facts[plate.mark].box, design.project))
         if plate.mark in design.complaints:
             verdict, reason = design.complaints[plate.mark]
             row = _joined(row, {"verdict": verdict, "reason": reason})
         flat = flats.get(plate.mark)
         if flat is not None:
             row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")
-            row["developability_mm"] = developability(plate)
+            row["developability_mm"] = facts[plate.mark].developability_mm
             if design.model.kind == "geodesic":
                 row |= plank_row(flat, flats.get(plate.shared.get("second", "")))
         rows.append(row)
@@ -115,11 +113,12 @@ def plate_rows(
     flats: Mapping[str, FlatPart],
     built: Mapping[str, Built],
     places: Places,
+    facts: Mapping[str, Facts],
 ) -> list[Row]:
     """One row a plate that is no panel."""
     rows = []
     for plate in design.plates[len(design.panels) :]:
-        least, largest = plate_radii(plate.mid)
+        least, largest = facts[plate.mark].radii
         rows.append(
             {
                 "mark": plate.mark,
@@ -129,36 +128,24 @@ def plate_rows(
                 "radius_max_mm": bent(largest),
                 "bevel_start_mm": plate.bevel[0] or None,
                 "bevel_end_mm": plate.bevel[1] or None,
-                "camber_mm": camber_of(flats.get(plate.mark)),
-                **_plate_row(design.project, plate, flats, built, places),
+                "camber_mm": facts[plate.mark].camber,
+                **_plate_row(design.project, plate, flats, built, places, facts),
             }
         )
     return rows
 
 
-def camber_of(flat: FlatPart | None) -> float | None:
-    """Largest rise of a flat part's first edge over its chord, mm."""
-    if flat is None:
-        return None
-    edge = next((e for e in flat.outline if e.name == "first"), flat.outline[0])
-    points, _ = dense(edge)
-    chord, away = points[-1] - points[0], points - points[0]
-    rise = away[:, 1] * chord[0] - away[:, 0] * chord[1]
-    return float(np.abs(rise).max() / np.linalg.norm(chord))
-
-
-def cell_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
+def cell_rows(design: Design, built: Mapping[str, Built], facts: Mapping[str, Facts]) -> list[Row]:
     """One row a cell; it is erected with its panel."""
     order = erection_order(design)
     rows = []
     for cell in design.cells:
-        rails = shown_prism(cell.prism, "cells", np.array([0.0, 0.0, 1.0]), count=33).rails
         row: Row = {
             "mark": cell.mark,
             "strip": cell.patch.strip,
             "cell": cell.patch.cell,
             "erection_order": order.get(f"P-{cell.patch.tag}"),
-            **_box_row(oriented_box(rails.reshape(-1, 3)), design.project),
+            **_box_row(facts[cell.mark].box, design.project),
         }
         solid = built.get(cell.mark)
         if solid is not None and solid.report is not None:
@@ -168,7 +155,7 @@ def cell_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
     return rows
 
 
-def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
+def beam_rows(design: Design, built: Mapping[str, Built], facts: Mapping[str, Facts]) -> list[Row]:
     """One row a beam segment."""
     order = erection_order(design)
     rows = []
@@ -187,10 +174,7 @@ def beam_rows(design: Design, built: Mapping[str, Built]) -> list[Row]:
                 "mass_kg": mass,
                 **_centre(centre),
                 "erection_order": order[beam.mark],
-                **_box_row(
-                    oriented_box(np.concatenate([_corners(p) for p in beam.plates])),
-                    design.project,
-                ),
+                **_box_row(facts[beam.mark].box, design.project),
             }
         )
     return rows
@@ -222,6 +206,7 @@ def _plate_row(
     flats: Mapping[str, FlatPart],
     built: Mapping[str, Built],
     places: Places,
+    facts: Mapping[str, Facts],
 ) -> Row:
     row: Row = {
         "material": plate.material,
@@ -230,8 +215,7 @@ def _plate_row(
     }
     flat = flats.get(plate.mark)
     if flat is not None:
-        points = np.concatenate([dense(edge)[0] for edge in flat.outline])
-        row["length_mm"], row["width_mm"] = np.ptp(points, axis=0).tolist()
+        row["length_mm"], row["width_mm"] = facts[plate.mark].size
         row["area_m2"] = flat.area / SQUARE_METRE
     solid = built.get(plate.mark)
     if solid is not None and solid.report is not None:
@@ -277,31 +261,6 @@ def _mass(project: Project, beam: Beam, built: Mapping[str, Built]) -> tuple[flo
             mass = report.volume / CUBIC_METRE * project.material(plate.material).density
             total, moment = total + mass, moment + mass * report.centre
     return total, moment / max(total, 1e-300)
-
-
-def box_of(plate: Plate) -> Box:
-    """The smallest oriented box around a plate as a solid."""
-    return oriented_box(_corners(plate))
-
-
-def _corners(plate: Plate) -> Array:
-    """Points on both skins, (k, 3)."""
-    u = np.linspace(plate.mid.u0, plate.mid.u1, 9)
-    half = plate.thickness / 2.0 * ruled_normals(plate.mid, u)
-    edges = plate.mid.edges(u)
-    return np.concatenate([edges - half, edges + half]).reshape(-1, 3)
-
-
-def developability(plate: Plate) -> float:
-    """Largest distance in mm of the diagonals of the quads of paper eq. (2)."""
-    u = plate.mid.parameters(4)
-    a, b = plate.mid.edges(u)
-    ta, tb = (d / np.linalg.norm(d, axis=-1, keepdims=True) for d in plate.mid.edges(u, 1))
-    length = np.linalg.norm(b - a, axis=-1)
-    e = (b - a) / length[:, None]
-    volume = np.abs(np.einsum("ki,ki->k", cross(ta, tb), e))
-    base = np.linalg.norm(cross(e + tb, e - ta), axis=-1)
-    return float((length * volume / np.maximum(base, 1e-300)).max())
 
 
 def axis_text(axis: Array | None) -> str:

@@ -14,6 +14,8 @@ from fabgeo.surfaces.units import SMALLEST, check_size, unit_of
 if TYPE_CHECKING:
     from fabgeo.surfaces.inspect import Inspection
 
+SEEN = 4000  # points by which a surface is known again
+
 
 def surface_of(project: Project, base: Path) -> DesignSurface:
     """The design surface of a project.
@@ -105,3 +107,9 @@ def inspect_file(path: Path, unit: str | None = None) -> Inspection:
     else:
         surface = read_surface(path, unit=unit)
     return inspect(surface)
+
+
+def seen(surface: DesignSurface) -> tuple[Any, ...]:
+    """Points of a surface by which it is known again, and its boundary."""
+    at = surface.sample(SEEN)
+    return at.point, at.normal, at.shape, surface.loops

@@ -36,7 +36,7 @@ from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.solids import solids_of
 from fabgeo.build.splitting import divided_patches, divided_structure
-from fabgeo.build.surface import surface_of, with_surface
+from fabgeo.build.surface import seen, surface_of, with_surface
 from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.cad.given import as_surface
 from fabgeo.fitting.starts import Start
@@ -44,8 +44,6 @@ from fabgeo.project import Project, parse_project, read_project
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.structures.fixing import Fixing
 from fabgeo.surfaces.base import DesignSurface
-
-SEEN = 4000  # points by which a surface in memory is known again
 
 
 def design(
@@ -222,8 +220,7 @@ def _fitted_to(
     if asked.file is not None:
         data = (base / asked.file).read_bytes()
     elif asked.given is not None:
-        at = surface.sample(SEEN)
-        data = (at.point, at.normal, at.shape, surface.loops)
+        data = seen(surface)
     return asked.model_dump(), data, project.strips.model_dump(), initial.model
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from fabgeo.arrays import dot
 from fabgeo.build import Package, build_package
-from fabgeo.build.figures import twist_of
+from fabgeo.build.facts import twist_of
 from fabgeo.cad.readback import ReadPart, read_package_step
 from fabgeo.structures.parts import Plate
 from fabgeo.structures.prisms import ruled_normals
