@@ -23,6 +23,8 @@ from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
 from fabgeo.surfaces.chart import Chart
 from fabgeo.surfaces.trims import Trim, chords, resampled
 
+OF_ITS_OWN, OF_ANOTHER = 24, 4  # nearest segments of a loop that are looked at
+
 
 @dataclass(frozen=True, eq=False)
 class Border:
@@ -36,6 +38,8 @@ class Border:
     loop : (k,) int array
         Running number of the trimming loop; segments of one loop follow each other.
     free : (k,) bool array
+    partner : (k,) int array
+        The segment of another loop, or farther on in the same one, that runs along it; else -1.
     sign : (faces,) array
         +1 or -1: factors that turn all faces the same way.
     loops : tuple of (k, 3) arrays
@@ -49,6 +53,7 @@ class Border:
     face: IntArray
     loop: IntArray
     free: BoolArray
+    partner: IntArray
     sign: Array
     loops: tuple[Array, ...]
 
@@ -79,7 +84,7 @@ class Border:
         free = _without_crumbs(free, n, np.linalg.norm(end - point, axis=1), size / 150.0)
         sign = _signs(len(charts), point, end, f, partner)
         loops = _chained(point, end, n, free, sign[f], size / 100.0)
-        return cls(point, end, a, b, f, n, free, sign, loops)
+        return cls(point, end, a, b, f, n, free, partner, sign, loops)
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -109,20 +114,42 @@ def _to_segments(x: Array, a: Array, b: Array) -> tuple[Array, Array]:
 def _partners(
     point: Array, end: Array, middle: Array, face: IntArray, loop: IntArray, tol: float
 ) -> IntArray:
-    """For every segment another one that runs along the same curve, or -1."""
-    count = len(point)
-    near = KDTree((point + end) / 2.0).query(middle, k=min(24, count))[1].reshape(count, -1)
-    _, distance = _to_segments(middle[:, None], point[near], end[near])
+    """For every segment another one that runs along the same curve, or -1.
+
+    Each loop is compared with each whose box it meets: however long or short their segments are,
+    a few nearest of the other loop are enough.
+    """
     sag = np.linalg.norm(middle - (point + end) / 2.0, axis=1)
-    aligned = np.abs(dot(unit(end - point)[:, None], unit(end - point)[near])) > 0.9
-    length = np.bincount(loop)[loop][:, None]
-    apart = np.abs(near - np.arange(count)[:, None])
-    apart = np.minimum(apart, length - apart)
-    other = (loop[near] != loop[:, None]) | (apart > np.minimum(5, length // 4))
-    fits = other & aligned & (distance < tol + 2.0 * np.maximum(sag[near], sag[:, None]))
-    best = np.argmin(np.where(fits, distance, np.inf), axis=1)
-    rows = np.arange(count)
-    return np.where(fits[rows, best], near[rows, best], -1)
+    along = unit(end - point)
+    best, distance = np.full(len(point), -1), np.full(len(point), np.inf)
+    members = [np.flatnonzero(loop == n) for n in range(int(loop.max()) + 1)]
+    members = [rows for rows in members if len(rows)]
+    trees = [KDTree((point[rows] + end[rows]) / 2.0) for rows in members]
+    reach = [tol + 2.0 * float(sag[rows].max()) for rows in members]
+    boxes = np.array([[point[rows].min(axis=0), point[rows].max(axis=0)] for rows in members])
+    for a, mine in enumerate(members):
+        for b, theirs in enumerate(members):
+            far = reach[a] + reach[b]
+            low, high = boxes[b, 0] - far, boxes[b, 1] + far
+            rows = mine[((middle[mine] >= low) & (middle[mine] <= high)).all(axis=1)]
+            if not len(rows):
+                continue
+            count = min(OF_ITS_OWN if a == b else OF_ANOTHER, len(theirs))
+            near = theirs[trees[b].query(middle[rows], k=count)[1].reshape(len(rows), -1)]
+            _, gap = _to_segments(middle[rows, None], point[near], end[near])
+            fits = np.abs(dot(along[rows, None], along[near])) > 0.9
+            fits &= gap < tol + 2.0 * np.maximum(sag[near], sag[rows, None])
+            if a == b:  # not the segments next to it
+                apart = np.abs(near - rows[:, None])
+                apart = np.minimum(apart, len(mine) - apart)
+                fits &= apart > min(5, len(mine) // 4)
+            gap = np.where(fits, gap, np.inf)
+            pick = np.argmin(gap, axis=1)
+            least = gap[np.arange(len(rows)), pick]
+            closer = least < distance[rows]
+            best[rows[closer]] = near[np.arange(len(rows)), pick][closer]
+            distance[rows[closer]] = least[closer]
+    return best
 
 
 def _without_crumbs(free: BoolArray, loop: IntArray, length: Array, short: float) -> BoolArray:

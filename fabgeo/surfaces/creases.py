@@ -8,13 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, IntArray, cross, dot
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.parametric import ParametricSurface
 
-NEIGHBOURS = 8  # nearest segments of the border among which the other face's is looked for
 SHARP = 5.0  # degrees: what people should know of
 
 
@@ -37,33 +35,34 @@ def sharpest(surface: DesignSurface) -> Crease | None:
     if not isinstance(surface, ParametricSurface) or len(surface.charts) < 2:
         return None
     border = surface.border
-    middle = (border.point + border.end) / 2.0
-    rows = np.flatnonzero(~border.free)
+    rows = np.flatnonzero(border.partner >= 0)
+    other = border.partner[rows]
+    rows, other = (x[border.face[rows] != border.face[other]] for x in (rows, other))
     if not len(rows):
         return None
-    count = min(NEIGHBOURS, len(middle))
-    near = KDTree(middle).query(middle[rows], k=count)[1].reshape(len(rows), count)
-    foreign = border.face[near] != border.face[rows][:, None]
-    rows, near, foreign = (a[foreign.any(axis=1)] for a in (rows, near, foreign))
-    if not len(rows):
-        return None
-    other = near[np.arange(len(near)), np.argmax(foreign, axis=1)]
-    mine, theirs = _normals(surface, rows), _normals(surface, other)
+    middle = (border.uv[rows] + border.uv_end[rows]) / 2.0
+    point, mine = _at(surface, rows, middle)
+    # The place on the other face's segment that is nearest to that point.
+    way = border.end[other] - border.point[other]
+    share = dot(point - border.point[other], way) / np.maximum(dot(way, way), 1e-300)
+    share = np.clip(share, 0.0, 1.0)[:, None]
+    foot = border.uv[other] + share * (border.uv_end[other] - border.uv[other])
+    _, theirs = _at(surface, other, foot)
     sine = np.linalg.norm(cross(mine, theirs), axis=-1)
     angle = np.degrees(np.arctan2(sine, dot(mine, theirs)))
     worst = int(np.argmax(angle))
     if not angle[worst] > SHARP:
         return None
-    x, y, z = (float(c) for c in middle[rows[worst]])
+    x, y, z = (float(c) for c in point[worst])
     faces = (int(border.face[rows[worst]]), int(border.face[other[worst]]))
     return Crease(float(angle[worst]), faces, (x, y, z))
 
 
-def _normals(surface: ParametricSurface, rows: IntArray) -> Array:
-    """Normals at the middles of segments of the border, on the face each belongs to."""
-    uv = (surface.border.uv[rows] + surface.border.uv_end[rows]) / 2.0
-    normal = np.zeros((len(rows), 3))
+def _at(surface: ParametricSurface, rows: IntArray, uv: Array) -> tuple[Array, Array]:
+    """Points and normals at parameters (k, 2) of the faces that segments of the border are of."""
+    point, normal = np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
     for face in np.unique(surface.border.face[rows]):
         own = surface.border.face[rows] == face
-        normal[own] = surface.evaluate(*uv[own].T, face=int(face)).normal
-    return normal
+        found = surface.evaluate(*uv[own].T, face=int(face))
+        point[own], normal[own] = found.point, found.normal
+    return point, normal

@@ -19,14 +19,7 @@ from fabgeo.errors import InputError
 from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.border import Border
 from fabgeo.surfaces.chart import Chart, Derivatives, foot_points, inside, normals, shape_tensors
-from fabgeo.surfaces.sampling import (
-    Starts,
-    area_scale,
-    cell_areas,
-    evenly,
-    kept_shares,
-    samples_of,
-)
+from fabgeo.surfaces.sampling import Cells, Starts, area_scale, evenly, samples_of
 from fabgeo.surfaces.trims import Trim, box_trim, checked_closed
 from fabgeo.surfaces.units import Unit
 
@@ -64,7 +57,7 @@ class ParametricSurface:
         self.charts = tuple(charts)
         self.trims = tuple(trims) if trims is not None else (None,) * len(charts)
         samples = [samples_of(c, t) for c, t in zip(self.charts, self.trims, strict=True)]
-        points = np.concatenate([point for _, point in samples])
+        points = np.concatenate([point for _, point, _ in samples])
         self.size = float(np.linalg.norm(np.ptp(points, axis=0)))
         if not self.size > 0.0:
             raise InputError(name, "the surface is a single point")
@@ -99,10 +92,11 @@ class ParametricSurface:
     @cached_property
     def face_areas(self) -> tuple[float, ...]:
         """Areas of the trimmed faces, by the midpoint rule over the sample cells."""
-        return tuple(
-            float((cell_areas(c) * kept_shares(c, t)).sum())
-            for c, t in zip(self.charts, self.trims, strict=True)
-        )
+        return tuple(float(cells.kept.sum()) for cells in self._cells)
+
+    @cached_property
+    def _cells(self) -> tuple[Cells, ...]:
+        return tuple(Cells.of(c, t) for c, t in zip(self.charts, self.trims, strict=True))
 
     @property
     def area(self) -> float:
@@ -147,12 +141,10 @@ class ParametricSurface:
 
     def sample(self, count: int) -> SurfacePoints:
         """About `count` points spread evenly by area over the trimmed faces."""
-        weights = [cell_areas(c) for c in self.charts]
-        total = sum(float(w.sum()) * self._share(i) for i, w in enumerate(weights))
         faces, uvs = [], []
-        for i, (chart, weight) in enumerate(zip(self.charts, weights, strict=True)):
-            wanted = max(count * float(weight.sum()) / total, 4.0)
-            uv = evenly(chart, weight, wanted)
+        for i, (chart, cells) in enumerate(zip(self.charts, self._cells, strict=True)):
+            wanted = max(count * float(cells.area.sum()) / self.area, 4.0)
+            uv = evenly(cells, wanted)
             trim = self.trims[i]
             if trim is not None:
                 uv = uv[trim.contains(trim.local(chart, uv))]
@@ -187,14 +179,6 @@ class ParametricSurface:
         up = float(at.normal[:, 2].mean())
         out = float(dot(at.normal, unit(at.point - at.point.mean(axis=0))).mean())
         return float(np.sign(up if abs(up) > 0.1 else out) or 1.0)
-
-    def _share(self, face: int) -> float:
-        """Roughly which part of the face's rectangle is inside its trims."""
-        trim = self.trims[face]
-        if trim is None:
-            return 1.0
-        rectangle = np.prod(self.charts[face].domain[:, 1] - self.charts[face].domain[:, 0])
-        return max(trim.area / float(rectangle), 1e-6)
 
     def _closest(self, x: Array) -> tuple[IntArray, Array, Array, Derivatives, BoolArray]:
         parts = [self._closest_chunk(x[i : i + CHUNK]) for i in range(0, max(len(x), 1), CHUNK)]

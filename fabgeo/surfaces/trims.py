@@ -13,6 +13,8 @@ from fabgeo.arrays import Array, BoolArray, IntArray, checked
 from fabgeo.errors import InputError
 from fabgeo.surfaces.chart import Chart, inside
 
+SAG = 3e-4  # of the longest segment of a border: how far segments may leave its curve
+
 
 @dataclass(frozen=True)
 class Trim:
@@ -172,13 +174,18 @@ def _surrounds(loop: Array, point: Array) -> bool:
 
 
 def resampled(chart: Chart, loop: Array, longest: float) -> Array:
-    """A loop (k, 2) with points added until its segments are no longer than `longest` in space."""
+    """A loop (k, 2) with points added until its segments are no longer than `longest` in space.
+
+    Nor may they leave the curve by more than `SAG` of that, for segments straight in (u, v).
+    """
     points = chart.evaluate(*inside(chart, loop[:, 0], loop[:, 1])).point
     step = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     middle = (loop + np.roll(loop, -1, axis=0)) / 2.0
     middles = chart.evaluate(*inside(chart, middle[:, 0], middle[:, 1])).point
     step = np.maximum(step, 2.0 * np.linalg.norm(middles - points, axis=1))
-    pieces = np.clip(np.ceil(step / longest), 1, 200).astype(np.int64)
+    sag = np.linalg.norm(middles - (points + np.roll(points, -1, axis=0)) / 2.0, axis=1)
+    pieces = np.maximum(step / longest, np.sqrt(sag / (SAG * longest)))
+    pieces = np.clip(np.ceil(pieces), 1, 200).astype(np.int64)
     start = np.repeat(np.arange(len(loop)), pieces)
     t = (np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)) / pieces[start]
     return loop[start] + t[:, None] * (np.roll(loop, -1, axis=0)[start] - loop[start])

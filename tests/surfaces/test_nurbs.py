@@ -192,3 +192,18 @@ def test_bad_splines_are_refused(change, message):
 def test_no_face():
     with pytest.raises(InputError, match="holds no face"):
         NurbsSurface([], "empty.step")
+
+
+def test_samples_are_even_where_parameters_are_not():
+    # Nine tenths of a flat square lie in one hundredth of the parameters.
+    x = np.array([0.0, 9e3, 10e3])
+    poles = np.stack(
+        [np.column_stack([x, np.full(3, y), np.zeros(3)]) for y in (0.0, 10e3)], axis=1
+    )
+    knots = np.array([0.0, 0.0, 0.01, 1.0, 1.0])
+    face = NurbsFace(poles, None, knots, np.array([0.0, 0.0, 1.0, 1.0]), 1, 1)
+    surface = NurbsSurface([face])
+    assert surface.area == pytest.approx(1e8, rel=1e-3)
+    at = surface.sample(2000)
+    assert np.mean(at.point[:, 0] < 9e3) == pytest.approx(0.9, abs=0.01)
+    assert np.histogram(at.point[:, 0], 10, (0.0, 10e3))[0].min() > 150
