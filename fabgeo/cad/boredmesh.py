@@ -17,8 +17,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fabgeo.arrays import Array, IntArray
-from fabgeo.cad.rims import Skin, pieces
-from fabgeo.structures.parts import Hole
+from fabgeo.cad.rims import Piece, Skin
 
 type Mesh = tuple[Array, IntArray]
 """Vertices (n, 3) in mm and triangles (m, 3), counter-clockwise seen from outside."""
@@ -36,9 +35,8 @@ class Ring:
     height: float
 
 
-def rings_of(skin: Skin, holes: Sequence[Hole]) -> list[Ring]:
-    """The rings of holes on a skin; raises a PartError as `Skin.rims` does."""
-    walls = [pieces(hole) for hole in holes]
+def rings_of(skin: Skin, walls: Sequence[Sequence[Piece]]) -> list[Ring]:
+    """The rings of holes' walls on a skin; raises a PartError as `Skin.rims` does."""
     t = np.arange(_STEPS) / _STEPS
     foot, axis, uv, height = skin.meet([piece for wall in walls for piece in wall], t)
     points = foot + height[:, None] * axis

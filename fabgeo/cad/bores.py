@@ -25,7 +25,7 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex
 
 from fabgeo.arrays import Array, cross
 from fabgeo.cad import kernel
-from fabgeo.cad.rims import Piece, Rim, Skin, pieces
+from fabgeo.cad.rims import Piece, Rim, Skin, walls_of
 from fabgeo.cad.topology import BUILDER, FORWARD, REVERSED, TOL, close_face, vertex
 from fabgeo.structures.parts import Hole
 
@@ -51,7 +51,7 @@ def bore(holes: Sequence[Hole], skins: tuple[SkinFace, SkinFace]) -> list[TopoDS
     PartError
         If a hole breaks out of a skin or runs far from square to it.
     """
-    walls = [pieces(hole) for hole in holes]
+    walls = walls_of(holes)
     flat = [piece for wall in walls for piece in wall]
     rims = [side.skin.rims(flat) for side in skins]
     out: list[TopoDS_Face] = []
@@ -112,9 +112,8 @@ class _Ring:
 
 def _post(piece: Piece, low: _Ring, high: _Ring, k: int) -> TopoDS_Edge:
     """The straight edge along the axis at a piece's start, from low to high."""
-    foot = piece.foot(np.zeros(1))[0]
     edge = TopoDS_Edge()
-    line = Geom_Line(kernel.point(foot), kernel.direction(piece.frame[2]))
+    line = Geom_Line(kernel.point(piece.start), kernel.direction(piece.frame[2]))
     BUILDER.MakeEdge(edge, line, TOL)
     BUILDER.Range(edge, low.rims[k].ends[0], high.rims[k].ends[0])
     BUILDER.Add(edge, low.vertices[k].Oriented(FORWARD))

@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline
 
 from fabgeo.cad import kernel
 from fabgeo.cad.boredmesh import Mesh, bored_skin, bores, joined, rings_of
-from fabgeo.cad.rims import Skin
+from fabgeo.cad.rims import Skin, walls_of
 from fabgeo.cad.sound import check_prism
 from fabgeo.structures.parts import Hole, Prism
 
@@ -45,7 +45,8 @@ def prism_mesh(prism: Prism, per_span: int = 4, holes: Sequence[Hole] = ()) -> M
             made.append((np.concatenate([curves[j], curves[k]]), band))
     if holes:
         skins = [Skin(prism.mark, prism.knots, poles[[j, j + 1]]) for j in (0, 2)]
-        rings = [rings_of(skin, holes) for skin in skins]
+        walls = walls_of(holes)
+        rings = [rings_of(skin, walls) for skin in skins]
         made += [
             bored_skin(u, curves[[j, j + 1]], own) for j, own in zip((0, 2), rings, strict=True)
         ]

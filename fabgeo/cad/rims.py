@@ -24,7 +24,7 @@ from scipy.special import comb
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import PartError
-from fabgeo.structures.holes import hole_frame
+from fabgeo.structures.holes import hole_frames
 from fabgeo.structures.parts import Hole
 
 ROUND, FLAT = 9, 4
@@ -47,13 +47,10 @@ class Piece:
     radius: float
     length: float
 
-    def foot(self, t: Array) -> Array:
-        """Points (k, 3) of the wall at height 0."""
-        x, y, _ = self.frame
-        if self.radius > 0.0:
-            angle = np.pi * t[:, None]
-            return self.centre + self.radius * (np.cos(angle) * x + np.sin(angle) * y)
-        return self.centre + (self.length * t)[:, None] * x
+    @property
+    def start(self) -> Array:
+        """Its point at t = 0 and height 0."""
+        return self.centre + self.radius * self.frame[0]
 
 
 @dataclass(frozen=True)
@@ -120,19 +117,35 @@ class Rim:
         return float(self.height[0]), float(self.height[-1])
 
 
-def pieces(hole: Hole) -> list[Piece]:
-    """The pieces of a hole's wall, counter-clockwise about its axis."""
-    d, y, z = hole_frame(hole)
-    radius, half = hole.diameter / 2.0, hole.slot / 2.0
-    out: list[Piece] = []
+def walls_of(holes: Sequence[Hole]) -> list[list[Piece]]:
+    """The pieces of every hole's wall, counter-clockwise about its axis."""
+    frames = hole_frames(holes)
+    d, y, z = (frames[:, k] for k in range(3))
+    radius = np.array([hole.diameter / 2.0 for hole in holes])[:, None]
+    half = np.array([hole.slot / 2.0 for hole in holes])[:, None]
+    middle = np.array([hole.centre for hole in holes])
+    out: list[list[Piece]] = [[] for _ in holes]
     for sign in (1.0, -1.0):  # the half around +d runs from -y over d to +y
-        centre = hole.centre + sign * half * d
-        frame = np.stack([-sign * y, sign * d, z])
-        out.append(Piece(centre, frame, radius, 0.0))
-        if hole.slot > 0.0:
-            start = centre + sign * radius * y
-            out.append(Piece(start, np.stack([-sign * d, -sign * y, z]), 0.0, hole.slot))
+        centre = middle + sign * half * d
+        rounds = np.stack([-sign * y, sign * d, z], axis=1)
+        start = centre + sign * radius * y
+        flats = np.stack([-sign * d, -sign * y, z], axis=1)
+        for k, hole in enumerate(holes):
+            out[k].append(Piece(centre[k], rounds[k], float(radius[k, 0]), 0.0))
+            if hole.slot > 0.0:
+                out[k].append(Piece(start[k], flats[k], 0.0, hole.slot))
     return out
+
+
+def feet(walls: Sequence[Piece], t: Array) -> Array:
+    """Points (n, k, 3) of pieces at height 0, at t (k,)."""
+    radius = np.array([piece.radius for piece in walls])[:, None]
+    length = np.array([piece.length for piece in walls])[:, None]
+    frame = np.array([piece.frame for piece in walls])
+    centre = np.array([piece.centre for piece in walls])
+    x = np.where(radius > 0.0, radius * np.cos(np.pi * t), length * t)
+    y = radius * np.sin(np.pi * t)
+    return centre[:, None] + x[..., None] * frame[:, None, 0] + y[..., None] * frame[:, None, 1]
 
 
 class Skin:
@@ -200,7 +213,7 @@ class Skin:
         PartError
             As `rims`.
         """
-        foot = np.concatenate([piece.foot(t) for piece in walls])
+        foot = feet(walls, t).reshape(-1, 3)
         axis = np.repeat([piece.frame[2] for piece in walls], len(t), axis=0)
         middle = foot.reshape(len(walls), -1, 3).mean(axis=1)
         first = axis[:: len(t)]

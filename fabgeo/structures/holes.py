@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.strips.pierce import pierce
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Hole, Prism
@@ -17,15 +17,16 @@ _ROUND = 12
 """Directions around a round end: a trapezoid rule, exact for the waves of the skins' bending."""
 
 
-def hole_frame(hole: Hole) -> Array:
-    """Rows x, y, z of a hole: z its axis, x the slot's direction made square to it."""
-    z = unit(hole.axis)
-    along = hole.direction - (hole.direction @ z) * z
-    if np.linalg.norm(along) < 1e-6:
-        along = np.eye(3)[np.argmin(np.abs(z))]
-        along = along - (along @ z) * z
+def hole_frames(holes: Sequence[Hole]) -> Array:
+    """Frames (n, 3, 3) of holes, rows x, y, z: z the axis, x the slot's direction square to it."""
+    z = unit(np.array([hole.axis for hole in holes]))
+    along = np.array([hole.direction for hole in holes])
+    along = along - dot(along, z)[:, None] * z
+    none = np.linalg.norm(along, axis=1) < 1e-6
+    other = np.eye(3)[np.argmin(np.abs(z), axis=1)]
+    along = np.where(none[:, None], other - dot(other, z)[:, None] * z, along)
     x = unit(along)
-    return np.stack([x, cross(z, x), z])
+    return np.stack([x, cross(z, x), z], axis=1)
 
 
 def section_sites(hole: Hole) -> tuple[Array, Array]:
@@ -51,22 +52,19 @@ def bored_volume(prism: Prism, holes: Sequence[Hole]) -> float:
     """
     if not holes:
         return 0.0
-    start, axes, weights = [], [], []
-    for hole in holes:
-        frame = hole_frame(hole)
-        sites, weight = section_sites(hole)
-        start.append(hole.centre + sites @ frame[:2])
-        axes.append(np.tile(frame[2], (len(sites), 1)))
-        weights.append(weight)
-    points, directions, weight = (
-        np.concatenate(start),
-        np.concatenate(axes),
-        np.concatenate(weights),
-    )
+    sections = {(hole.diameter, hole.slot): section_sites(hole) for hole in holes}
+    own = [sections[hole.diameter, hole.slot] for hole in holes]
+    count = [len(weight) for _, weight in own]
+    weight = np.concatenate([each for _, each in own])
+    sites = np.concatenate([each for each, _ in own])
+    frames = np.repeat(hole_frames(holes), count, axis=0)
+    centres = np.array([hole.centre for hole in holes])
+    points = np.repeat(centres, count, axis=0) + np.einsum("ki,kid->kd", sites, frames[:, :2])
     low, high = (RuledPatch(prism.knots, prism.poles[[j, j + 1]]) for j in (0, 2))
-    guess = np.repeat(_nearest(low, np.stack([h.centre for h in holes])), [len(w) for w in weights])
-    heights = [pierce(skin, points, directions, guess)[2] for skin in (low, high)]
-    return float(np.abs(heights[1] - heights[0]) @ weight)
+    guess = np.repeat(_nearest(low, centres), count)
+    u, _, lower = pierce(low, points, frames[:, 2], guess)
+    _, _, upper = pierce(high, points, frames[:, 2], u)
+    return float(np.abs(upper - lower) @ weight)
 
 
 def _nearest(skin: RuledPatch, points: Array) -> Array:
