@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fabgeo.fitting.store import save_model as save_model
     from fabgeo.project import Project as Project
     from fabgeo.project import read_project as read_project
+    from fabgeo.strips.draw import draw as draw
     from fabgeo.strips.measures import Measures as Measures
     from fabgeo.strips.measures import measure as measure
     from fabgeo.strips.model import Patch as Patch
@@ -54,6 +55,7 @@ _WHERE = {
     "save_model": "fitting.store",
     "Project": "project",
     "read_project": "project",
+    "draw": "strips.draw",
     "Measures": "strips.measures",
     "measure": "strips.measures",
     "Patch": "strips.model",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,12 @@ _SHOWN = {
     "radius_min": ("least radius", "mm", "tab:green"),
     "regression": ("regression", "", "tab:purple"),
 }
+_STAGES = {
+    "twist_deg": "twist, deg",
+    "kind_deg": "defect of the kind, deg",
+    "deviation_over_sag": "deviation over the sag limit",
+    "developability": "weight of developability",
+}
 
 
 def draw(
@@ -29,6 +36,7 @@ def draw(
     surface: Any = None,
     measures: Measures | None = None,
     path: str | Path | None = None,
+    history: Sequence[Mapping[str, Any]] | None = None,
 ) -> Figure:
     """Draw a model with its worst places, and its fit history where it has one.
 
@@ -43,12 +51,15 @@ def draw(
         Computed if not given.
     path : str or Path, optional
         Where to write a PNG; the figure is returned in any case (a notebook shows it).
+    history : sequence of mappings, optional
+        The fit's, `FitResult.history`; by default the one that the model was saved with.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     found = measure(model, surface, 4) if measures is None else measures
-    history = list(model.info.get("history", ()))
+    if history is None:
+        history = model.info.get("history", ())
     figure = Figure(figsize=(15, 8) if history else (11, 8), layout="constrained")
     FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot(1, 2 if history else 1, 1, projection="3d")
@@ -134,19 +145,15 @@ def _worst_places(axes: Any, model: StripModel, found: Measures) -> None:
     axes.legend(loc="upper left", fontsize=8)
 
 
-def _history(axes: Any, history: list[Any]) -> None:
-    """Every number of the fit's steps that is positive, on a logarithmic scale."""
-    rows = [row for row in history if isinstance(row, dict)]
-    names = [n for n in (rows[0] if rows else {}) if n not in ("step", "iteration", "stage")]
-    for name in names:
-        values = np.array(
-            [row[name] if isinstance(row.get(name), int | float) else np.nan for row in rows],
-            dtype=np.float64,
-        )
+def _history(axes: Any, history: Sequence[Mapping[str, Any]]) -> None:
+    """What a fit is after, stage by stage, on a logarithmic scale."""
+    stages = np.arange(1, len(history) + 1)
+    for name, label in _STAGES.items():
+        values = np.array([float(row.get(name, np.nan)) for row in history])
         if np.any(values > 0.0):
-            axes.semilogy(np.where(values > 0.0, values, np.nan), label=name, linewidth=1.0)
-    axes.set(title="fit history", xlabel="step")
-    axes.legend(fontsize=7)
+            axes.semilogy(stages, np.where(values > 0.0, values, np.nan), ".-", label=label)
+    axes.set(title="fit history", xlabel="stage")
+    axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
 
 

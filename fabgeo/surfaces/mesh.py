@@ -25,6 +25,7 @@ from fabgeo.arrays import Array, IntArray, cross, set_frozen
 from fabgeo.errors import InputError
 
 WELD = 1e-7  # vertices closer than this part of the size are one
+LEAST_RISE = 0.02  # of the area around a vertex, seen along its normal: faces 1 degree from upright
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +102,7 @@ def checked_mesh(
     ------
     InputError
         If the mesh is empty, has bad indices, degenerate faces, edges with three faces, vertices
-        where two sheets touch, several pieces, or can't be oriented.
+        where two sheets touch or faces fold back, several pieces, or can't be oriented.
     """
     vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
     if not len(faces) or not len(vertices):
@@ -120,6 +121,7 @@ def checked_mesh(
     quads = np.array([f for f in renumbered if len(f) == 4], dtype=np.int64).reshape(-1, 4)
     mesh = Mesh(vertices[used], triangles, quads)
     _check_sheets(name, mesh)
+    _check_folds(name, mesh)
     return mesh
 
 
@@ -266,3 +268,21 @@ def _check_sheets(name: str, mesh: Mesh) -> None:
                 f"two sheets touch at vertex {corner} {where} only: the boundary crosses itself",
                 "separate the vertex or fill the gap",
             )
+
+
+def _check_folds(name: str, mesh: Mesh) -> None:
+    """Refuse vertices whose faces lie back on each other: there is no normal."""
+    p, t = mesh.vertices, mesh.triangulated
+    area = cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]])
+    total, sizes = np.zeros_like(p), np.zeros(len(p))
+    for corner in t.T:
+        np.add.at(total, corner, area)
+        np.add.at(sizes, corner, np.linalg.norm(area, axis=1))
+    folded = np.linalg.norm(total, axis=1) < LEAST_RISE * sizes
+    if folded.any():
+        at = int(np.argmax(folded))
+        raise InputError(
+            name,
+            f"the faces around vertex {at} {np.round(p[at], 6).tolist()} fold back on each other",
+            "move the vertex, or remove the faces that lie on others",
+        )

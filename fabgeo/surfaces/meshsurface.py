@@ -17,6 +17,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
+from fabgeo.errors import InputError
 from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.units import Unit
@@ -24,6 +25,9 @@ from fabgeo.surfaces.vertexpatches import vertex_patches
 
 CANDIDATES = 6  # triangles looked at for one closest point
 CHUNK = 20000
+LEAST_COSINE = (
+    -0.5
+)  # between the normals of a triangle: of three that cancel, two differ by 120 deg
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,11 @@ class MeshSurface:
     name : str
         For messages.
 
+    Raises
+    ------
+    InputError
+        If the mesh turns by more than 120 degrees within one triangle.
+
     Attributes
     ----------
     mesh : Mesh
@@ -60,6 +69,7 @@ class MeshSurface:
         self._name = name
         self.triangles = mesh.triangulated
         self.patches = vertex_patches(mesh)
+        self._check_bends()
         self.size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
         self._border = _border_sides(self.triangles, mesh)
         self._samples, self._owner = _samples(mesh.vertices, self.triangles)
@@ -196,6 +206,21 @@ class MeshSurface:
 
     def _on_border(self, place: _Place) -> BoolArray:
         return ((place.weight < 1e-9) & self._border[place.triangle]).any(axis=1)
+
+    def _check_bends(self) -> None:
+        """Refuse triangles whose corners' normals could cancel: that is no smooth surface."""
+        normal = self.patches.frame[self.triangles, 2]
+        least = dot(normal, np.roll(normal, -1, axis=1)).min(axis=1)
+        if least.min(initial=1.0) > LEAST_COSINE:
+            return
+        face = int(least.argmin())
+        where = np.round(self.mesh.vertices[self.triangles[face]].mean(axis=0), 6).tolist()
+        angle = np.degrees(np.arccos(np.clip(least[face], -1.0, 1.0)))
+        raise InputError(
+            self._name,
+            f"the mesh turns by {angle:.0f} degrees within one triangle, around {where}",
+            "refine it there, or divide it along its creases",
+        )
 
     def _turn(self) -> float:
         """+1 or -1: so that normals point up in the mean, or outwards where that says nothing."""

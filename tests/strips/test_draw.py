@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from fabgeo import draw
 from fabgeo.strips import exact
-from fabgeo.strips.draw import draw
 
 
 def test_one_call_draws_model_worst_places_and_history(tmp_path: Path) -> None:
@@ -16,7 +16,7 @@ def test_one_call_draws_model_worst_places_and_history(tmp_path: Path) -> None:
     ).interpolant()
     bent = np.array(model.control)
     bent[3, 5] += (0.0, 0.0, 150.0)
-    history = [{"step": k, "objective": 10.0**-k, "twist": 3.0**-k} for k in range(8)]
+    history = [{"developability": 10.0**k, "twist_deg": 3.0**-k} for k in range(8)]
     model = model.with_control(bent, info={"history": history})
     path = tmp_path / "model.png"
     figure = draw(model, path=path)
@@ -27,3 +27,6 @@ def test_one_call_draws_model_worst_places_and_history(tmp_path: Path) -> None:
     assert any(
         (label.startswith("twist") and "strip 2" in label) or "strip 3" in label for label in labels
     )
+    (twist, _) = figure.axes[-2].get_lines()
+    assert twist.get_label() == "twist, deg"
+    np.testing.assert_allclose(twist.get_ydata(), 3.0 ** -np.arange(8))

@@ -76,6 +76,10 @@ def test_off():
     assert faces == [[0, 1, 2, 3]]
 
 
+# The second face lies on the first.
+FOLDED = "v 0 0 0\nv 2 0 0\nv 1 1 0\nv 1 1 1e-3\nf 1 2 3\nf 2 1 4\n"
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
@@ -93,6 +97,7 @@ def test_off():
         ("a.obj", OBJ + "v 1 0 5\nf 2 3 7\n", r"edge between vertices 1 and 2 .* has 3 faces"),
         ("a.obj", OBJ + "v 9 9 9\nv 9 8 9\nv 8 8 9\nf 7 8 9\n", "2 separate pieces of 2, 1 faces"),
         ("a.obj", OBJ + "v -1 -1 0\nv -1 0 0\nf 1 7 8\n", "two sheets touch at vertex 0"),
+        ("a.obj", FOLDED, "around vertex 0 .* fold back on each other"),
     ],
 )
 def test_bad_files_name_the_place(tmp_path, name, text, message):
