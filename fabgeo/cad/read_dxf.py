@@ -37,11 +37,13 @@ def read_dxf_sections(
     path = Path(path)
     try:
         document = readfile(path)
+        entities = list(document.modelspace())
+        number = int(document.header.get("$INSUNITS", 0))
     except Exception as error:  # whatever a foreign reader raises over foreign bytes
         raise InputError(path.name, f"can't be read as DXF: {error}", "export it again") from error
     curves: list[Array] = []
     names: list[str] = []
-    for entity in document.modelspace():
+    for entity in entities:
         if entity.dxftype() in CURVES and layer in (None, entity.dxf.layer):
             curves.append(_points(path.name, entity))
             names.append(f"{entity.dxf.layer} {entity.dxf.handle}")
@@ -52,7 +54,7 @@ def read_dxf_sections(
             f"holds no polyline, spline, circle or ellipse{where}",
             "draw each section as one curve in model space",
         )
-    unit = UNITS.get(int(document.header.get("$INSUNITS", 0)))
+    unit = UNITS.get(number)
     return checked_sections(path.name, curves, names, closed), unit
 
 

@@ -108,6 +108,7 @@ def _content(path: Path, layers: Mapping[str, str] | None) -> _Content:
 
     try:
         document = readfile(path)
+        entities = list(document.modelspace())
     except OSError as error:
         raise InputError(path.name, f"can't be read: {error}") from error
     except Exception as error:  # whatever a foreign reader raises over foreign bytes
@@ -118,7 +119,7 @@ def _content(path: Path, layers: Mapping[str, str] | None) -> _Content:
     names = {(layers or {}).get(key, name): key for key, name in LAYERS.items()}
     content = _Content([], [], [], [], [], [])
     loose: list[Any] = []
-    for entity in document.modelspace():
+    for entity in entities:
         layer = names.get(entity.dxf.layer)
         if layer is None:
             raise InputError(

@@ -13,6 +13,7 @@ import shapely
 from ezdxf.lldxf.tagwriter import TagWriter
 from sheet_parts import wavy_part
 
+from fabgeo.cad.read_dxf import read_dxf_sections
 from fabgeo.errors import InputError
 from fabgeo.panels.unfold import flat_polygon
 from fabgeo.sheets.dxf import DxfStyle, write_nests, write_part, write_parts
@@ -181,6 +182,15 @@ def broken(tmp_path: Path, change: str) -> Path:
 def test_faults_of_a_file_are_named(tmp_path: Path, change: str, message: str) -> None:
     with pytest.raises(InputError, match=f"broken.dxf.*{message}"):
         read_part(broken(tmp_path, change))
+
+
+def test_a_file_without_model_space_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "lost.dxf"
+    write_part(wavy_part("P-00-00"), path)
+    path.write_text(path.read_text().replace("\nModel\n", "\nModal\n"))
+    for reader in (read_part, read_dxf_sections):
+        with pytest.raises(InputError, match=r"lost\.dxf"):
+            reader(path)
 
 
 def test_a_file_that_is_no_dxf_is_named(tmp_path: Path) -> None:
