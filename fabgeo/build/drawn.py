@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.folder import Folder
-from fabgeo.build.plain import digest
+from fabgeo.build.identity import identity
 from fabgeo.panels.flat import FlatPart
 from fabgeo.project import Project
 from fabgeo.sheets.dxf import Drawn, DxfStyle, write_nests, write_parts
@@ -29,7 +29,7 @@ def write_flats(
     style = DxfStyle(
         version=asked.version, outline=asked.curves, tolerance=asked.tolerance, layers=asked.layers
     )
-    shapes = {mark: digest(part) for mark, part in flats.items()}
+    shapes = {mark: identity(part) for mark, part in flats.items()}
     look = asked.model_dump()
     new = []
     for mark, part in flats.items():

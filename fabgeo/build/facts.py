@@ -20,6 +20,7 @@ import numpy as np
 from fabgeo.arrays import Array, cross, dot
 from fabgeo.build.cache import Cache
 from fabgeo.build.geometry import Design
+from fabgeo.build.identity import identity, shape_of
 from fabgeo.build.parallel import Work, results
 from fabgeo.errors import PartError
 from fabgeo.panels.flat import FlatPart
@@ -128,14 +129,11 @@ def _of_flat(flat: FlatPart) -> tuple[Any, ...]:
 
 
 def _depends(batch: Sequence[_Part]) -> Any:
-    return [(_shape(part), flat and flat.outline) for part, flat in batch]
+    return [(_shape(part), flat and identity(flat)) for part, flat in batch]
 
 
 def _shape(part: Plate | Cell | Beam) -> Any:
-    if isinstance(part, Cell):
-        return part.prism
-    plates = part.plates if isinstance(part, Beam) else (part,)
-    return [(plate.mid, plate.thickness) for plate in plates]
+    return list(map(shape_of, part.plates)) if isinstance(part, Beam) else shape_of(part)
 
 
 def _crashed(batch: Sequence[_Part], reason: str) -> list[dict[str, Any]]:

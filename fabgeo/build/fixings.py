@@ -12,6 +12,7 @@ from typing import Any
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.geometry import Design
+from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
 from fabgeo.cad.assembly import Node
 from fabgeo.cad.connectors import fixing_products, place_connectors
@@ -137,7 +138,7 @@ def _shapes(fixing: Fixing, row: _Row) -> Any:
     plates = [*panels, *(plate for beam in beams for plate in beam.plates)]
     own = {f.name: getattr(fixing, f.name) for f in fields(fixing)}
     places = [(beam.mark, beam.edge) for beam in beams]
-    return repr(own), places, [(p.mark, p.mid, p.thickness, p.holes) for p in plates]
+    return repr(own), places, [shape_of(plate) for plate in plates]
 
 
 def _crashed(row: _Row, reason: str) -> dict[str, Any]:

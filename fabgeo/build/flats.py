@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 from fabgeo.build.cache import Cache
+from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
 from fabgeo.build.progress import Clock
 from fabgeo.errors import InputError, PartError
@@ -35,7 +36,7 @@ def flats_of(
     work = Work(
         "flat",
         partial(_unfolded, grain=kind, style=style),
-        lambda plate: (plate.mark, plate.mid, plate.thickness, plate.holes, plate.shared, asked),
+        lambda plate: (shape_of(plate), plate.shared, asked),
         _crashed,
     )
     made = clock.each(results(work, plates, jobs, cache))

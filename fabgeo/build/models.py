@@ -24,8 +24,9 @@ from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import nodes_of, products_of
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
+from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, keep, results
-from fabgeo.build.solids import Leaf, assemblies, leaves_of, mesh_of, shape_of, solid_node
+from fabgeo.build.solids import Leaf, assemblies, leaves_of, mesh_of, solid_node
 from fabgeo.cad.assembly import Node
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.structures.parts import Connector

@@ -22,8 +22,8 @@ from typing import Any
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.flats import stocks_of
+from fabgeo.build.identity import identity
 from fabgeo.build.parallel import Work, results
-from fabgeo.build.plain import digest
 from fabgeo.build.progress import Clock
 from fabgeo.errors import PartError
 from fabgeo.panels.flat import FlatPart
@@ -140,7 +140,7 @@ class _Group:
     ) -> None:
         self.asked, self.stocks, self.parts = asked, stocks, parts
         self.seconds, self.tolerance = seconds, tolerance
-        self.shapes = {part.mark: digest(part) for part in parts}
+        self.shapes = {part.mark: identity(part) for part in parts}
         first = parts[0]
         rules = asked.model_dump(exclude={"seconds"})
         self.rules = (first.material, first.thickness, rules, tolerance, stocks)

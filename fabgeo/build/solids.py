@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import Any
 
 from fabgeo.arrays import Array, IntArray
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import nodes_of
 from fabgeo.build.geometry import Design
+from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
 from fabgeo.build.progress import Clock
 from fabgeo.cad import kernel
@@ -46,13 +46,6 @@ def solids_of(
         file = store.file(work.kind, store.key(work.kind, shape_of(part)))
         out[built.mark] = replace(built, data=b"", file=file) if built.made and file else built
     return out
-
-
-def shape_of(part: Part) -> Any:
-    """What a solid depends on; not what it is made of."""
-    if isinstance(part, Cell):
-        return part.mark, part.prism
-    return part.mark, part.mid, part.thickness, part.holes, part.bevel
 
 
 def _crashed(part: Part, reason: str) -> Built:
