@@ -8,6 +8,7 @@ import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from fabgeo.build.drawn import write_flats
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
 from fabgeo.build.models import write_models
+from fabgeo.build.parallel import Work, results
 from fabgeo.build.places import places
 from fabgeo.build.progress import Clock
 from fabgeo.build.record import record_of
@@ -156,7 +158,7 @@ def write_package(
         record = record_of(design, flats, nests, built, seconds, missing, jobs, cache)
     with clock.stage("review"):
         write_schedules(staged, record)
-        _write_pages(folder, record, project)
+        _write_pages(folder, record, project, jobs, cache)
         review = write_review(folder.place("checks/review.json"), record)
     write_manifest(
         staged,
@@ -170,7 +172,9 @@ def write_package(
     return Package(folder.path, design, flats, nests, built, review, record, clock.seconds)
 
 
-def _write_pages(folder: Folder, record: ReviewRecord, project: Project) -> None:
+def _write_pages(
+    folder: Folder, record: ReviewRecord, project: Project, jobs: int | None, cache: Cache | None
+) -> None:
     from fabgeo.review.page import write_page
 
     write_page(folder.place("index.html"), record)
@@ -179,9 +183,12 @@ def _write_pages(folder: Folder, record: ReviewRecord, project: Project) -> None
 
         write_ifc(folder.place("model/facade.ifc"), record)
     if project.drawings and record.panels:
-        from fabgeo.review.drawings import write_panel_drawings
+        from fabgeo.review.drawings import DrawnFrom, drawn_page, pages_of, write_panel_drawings
 
-        write_panel_drawings(folder.place("drawings/panels.pdf"), record)
+        plain = attrgetter("plain")
+        work = Work[DrawnFrom, tuple[str, ...]]("page", drawn_page, plain, lambda *_: ())
+        drawn = results(work, pages_of(record), jobs, cache)
+        write_panel_drawings(folder.place("drawings/panels.pdf"), record, drawn)
 
 
 def not_asked(project: Project) -> tuple[str, ...]:

@@ -38,14 +38,17 @@ def view_of(towards: Array = ISOMETRIC) -> Array:
     return np.stack([right, cross(eye, right), eye])
 
 
-def faces_of(part: Shown) -> list[Array]:
-    """Contours (k, 3) of the ruled faces and end caps of a part; a surface has one face."""
-    rails = part.rails
-    count = len(rails)
+def faces_of(rails: Array) -> list[Array]:
+    """Contours (p, m, 3) of the ruled faces and end caps of parts with rails (p, N, k, 3).
+
+    A surface (N = 2) has one face.
+    """
+    count = rails.shape[1]
     if count == 2:
-        return [np.concatenate([rails[0], rails[1][::-1]])]
-    sides = [np.concatenate([rails[j], rails[(j + 1) % count][::-1]]) for j in range(count)]
-    return [*sides, rails[:, 0], rails[:, -1]]
+        return [np.concatenate([rails[:, 0], rails[:, 1, ::-1]], axis=1)]
+    after = np.roll(np.arange(count), -1).tolist()
+    sides = [np.concatenate([rails[:, j], rails[:, after[j], ::-1]], axis=1) for j in range(count)]
+    return [*sides, rails[:, :, 0], rails[:, :, -1]]
 
 
 def picture_of(
@@ -61,22 +64,29 @@ def picture_of(
         Points kept of each rail.
     """
     light = unit(np.array([-0.35, -0.5, 0.8]))
-    found: list[tuple[float, Polygon]] = []
+    thin: list[Array] = []
     for part in parts:
         keep = np.unique(np.linspace(0, part.rails.shape[1] - 1, steps).round().astype(int))
-        thin = Shown(part.mark, part.family, part.rails[:, keep], part.normal, part.row)
-        faces = [(face, _normal(face)) for face in faces_of(thin)]
+        thin.append(part.rails[:, keep])
+    found: list[tuple[float, int, Polygon]] = []
+    for shape in sorted({rails.shape for rails in thin}):
+        own = [k for k, rails in enumerate(thin) if rails.shape == shape]
+        faces = faces_of(np.stack([thin[k] for k in own]))
+        normals = np.stack([_normal(face) for face in faces], axis=1)
+        shown = np.ones(normals.shape[:2], dtype=bool)
         if largest_only:
-            faces = [max(faces, key=lambda f: abs(float(f[1] @ view[2])))]
-        for face, normal in faces:
-            shade = 0.55 + 0.45 * abs(float(unit(normal) @ light))
+            best = np.abs(normals @ view[2]).argmax(axis=1)
+            shown = np.arange(len(faces)) == best[:, None]
+        shade = 0.55 + 0.45 * np.abs(unit(normals) @ light)
+        for at, face in enumerate(faces):
             flat = face @ view.T
-            depth = float(flat[:, 2].mean())
-            found.append((depth, Polygon(part.mark, flat[:, :2], shade)))
-    found.sort(key=lambda item: item[0])
-    return [polygon for _, polygon in found]
+            for row in np.flatnonzero(shown[:, at]).tolist():
+                polygon = Polygon(parts[own[row]].mark, flat[row, :, :2], float(shade[row, at]))
+                found.append((float(flat[row, :, 2].mean()), own[row], polygon))
+    found.sort(key=lambda item: item[:2])
+    return [polygon for *_, polygon in found]
 
 
 def _normal(face: Array) -> Array:
-    """Vector area of a closed contour (Newell)."""
-    return 0.5 * cross(face, np.roll(face, -1, axis=0)).sum(axis=0)
+    """Vector areas (p, 3) of closed contours (p, m, 3) (Newell)."""
+    return 0.5 * cross(face, np.roll(face, -1, axis=1)).sum(axis=1)

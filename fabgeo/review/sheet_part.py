@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +12,12 @@ from fabgeo.arrays import Array
 from fabgeo.panels.flat import BendLine, FlatPart
 from fabgeo.review.page_flats import contour
 from fabgeo.review.paper import BLUE, GREY, INK, MM, RED, Box, Paper, fit
+from fabgeo.review.paper_tables import Table
+from fabgeo.review.record import Row
 
 BENDS_SHOWN = 12
-HOLES_SHOWN = 18
+LABEL = np.array([12.0, 6.0])  # points around a hole's number in which no other is put
+LATELY = 12  # numbers that one is kept apart from: holes are numbered along their rows
 
 
 def draw_flat(
@@ -33,39 +38,72 @@ def draw_flat(
     paper.polygon(move(points), (0.96, 0.97, 0.98))
     _bends(paper, part, move, small)
     _holes(paper, part, move, scale)
+    _origin(paper, move(np.zeros(2)))
     _mark(paper, part, move(0.5 * (low + high)), small)
     _dimensions(paper, part, move, low, high, small)
     return scale
 
 
-def tables_of_part(paper: Paper, x: float, y: float, part: FlatPart) -> None:
-    """Edges, bends and holes as tables under each other."""
-    lines = [(edge.name, f"{edge.length:.2f}", edge.shared or "–") for edge in part.outline]
-    paper.heading(x, y, "Edges")
-    y = paper.table(x, y - 4, ("edge", "length", "shared with"), lines, (70, 60, 100)) - 12
-    bends = shown_bends(part)
-    if bends:
-        paper.heading(
-            x, y, f"Bend lines ({len(part.bends)}; radius at mid-surface, + towards the up-side)"
-        )
-        rows = [
-            (str(k + 1), *(f"{v:.1f}" for v in (*b.start, *b.end)), f"{b.radius:+.0f}")
-            for k, b in bends
-        ]
-        heads = ("no.", "x1", "y1", "x2", "y2", "radius")
-        y = paper.table(x, y - 4, heads, rows, (30, 48, 48, 48, 48, 56)) - 12
-    if part.holes and y > 130:
-        paper.heading(x, y, f"Holes ({len(part.holes)}; from the drawing's origin)")
-        keep = max(1, min(HOLES_SHOWN, int((y - 118) / 10.5)))
-        rows = []
-        for k, hole in enumerate(part.holes[:keep]):
-            slot = f"slot {hole.slot:g}" if hole.slot > 0.0 else "round"
-            angle = f"{math.degrees(hole.angle):.2f}" if hole.slot > 0.0 else ""
-            place = (f"{hole.centre[0]:.2f}", f"{hole.centre[1]:.2f}", f"{hole.diameter:g}")
-            rows.append((str(k + 1), *place, slot, angle))
-        paper.table(
-            x, y - 4, ("no.", "x", "y", "Ø", "kind", "angle"), rows, (30, 54, 54, 40, 56, 44)
-        )
+def tables_of_part(part: FlatPart, holes_only: bool = False) -> Iterator[Table]:
+    """Edges, bend lines and holes; without the first two, holes under the part's own mark."""
+    if not holes_only:
+        lines = tuple((e.name, f"{e.length:.2f}", e.shared or "–") for e in part.outline)
+        yield Table("Edges", ("edge", "length", "shared with"), lines, (70, 60, 100))
+        yield bends_table(part)
+    lines = []
+    for k, hole in enumerate(part.holes, start=1):
+        slot = f"{hole.slot:g}" if hole.slot > 0.0 else "–"
+        angle = f"{math.degrees(hole.angle):.2f}" if hole.slot > 0.0 else "–"
+        x, y = hole.centre.tolist()
+        lines.append((str(k), f"{x:.2f}", f"{y:.2f}", f"{hole.diameter:g}", slot, angle))
+    whose = f"Holes of {part.mark}" if holes_only else "Holes"
+    heads = ("no.", "x", "y", "Ø", "slot", "angle")
+    title = f"{whose} ({len(lines)}; from the origin 0)"
+    yield Table(title, heads, tuple(lines), (28, 54, 54, 34, 34, 44))
+
+
+def bends_table(part: FlatPart) -> Table:
+    """Some of the bend lines; all stand in the file beside the part's DXF."""
+    rows = tuple(
+        (str(k + 1), *(f"{v:.1f}" for v in (*b.start, *b.end)), f"{b.radius:+.0f}")
+        for k, b in shown_bends(part)
+    )
+    count = sum(math.isfinite(bend.radius) for bend in part.bends)
+    title = f"Bend lines ({len(rows)} of {count}; radius + towards the up-side)"
+    return Table(title, ("no.", "x1", "y1", "x2", "y2", "radius"), rows, (26, 44, 44, 44, 44, 48))
+
+
+def plates_table(plates: Sequence[Row]) -> Table:
+    """Sizes of a beam's plates."""
+    columns = (("length", "length_mm", 1), ("width", "width_mm", 1), ("camber", "camber_mm", 2),
+               ("radius min", "radius_min_mm", 0), ("mass kg", "mass_kg", 2))  # fmt: skip
+    lines = tuple(
+        (str(plate["mark"]), *(figure(plate.get(key), decimals) for _, key, decimals in columns))
+        for plate in plates
+    )
+    heads = ("plate", *(head for head, _, _ in columns))
+    return Table("Plates", heads, lines, (76, 42, 42, 42, 48, 40))
+
+
+def camber_table(part: FlatPart, stations: int = 9) -> Table:
+    """Rise of a plate's first long edge over its chord at even stations; none if it is straight."""
+    edge = next((e for e in part.outline if e.name == "first"), part.outline[0])
+    chord = edge.points[-1] - edge.points[0]
+    length = float(np.linalg.norm(chord))
+    along = (edge.points - edge.points[0]) @ chord / length
+    rise = (edge.points - edge.points[0]) @ np.array([-chord[1], chord[0]]) / length
+    sites = np.linspace(0.0, length, stations)
+    heights = np.round(np.interp(sites, along, rise), 1) + 0.0
+    lines = (tuple(f"{h:.1f}" for h in heights),) if len(edge.points) > 2 else ()
+    title = f"Camber of {part.mark}: rise of its first edge over the chord"
+    return Table(title, tuple(f"{s:.0f}" for s in sites), lines, (27.5,) * stations)
+
+
+def figure(value: Any, decimals: int) -> str:
+    """A number with its decimals, or a dash."""
+    if value is None or not np.isfinite(float(value)):
+        return "–"
+    return f"{float(value):.{decimals}f}"
 
 
 def shown_bends(part: FlatPart) -> list[tuple[int, BendLine]]:
@@ -95,6 +133,7 @@ def _bends(paper: Paper, part: FlatPart, move, small: bool) -> None:
 
 def _holes(paper: Paper, part: FlatPart, move, scale: float) -> None:
     paper.pen(RED, 0.6)
+    told: list[Array] = []
     for number, hole in enumerate(part.holes, start=1):
         x, y = move(hole.centre)
         radius = max(hole.diameter / 2.0 * MM / scale, 0.8)
@@ -116,7 +155,20 @@ def _holes(paper: Paper, part: FlatPart, move, scale: float) -> None:
                 paper.canvas.arc(*box, startAng=start, extent=180)
         else:
             paper.canvas.circle(x, y, radius)
-        paper.text(x + radius + 2, y + radius + 1, number, 5.5, colour=RED)
+        at = np.array([x + radius + 2, y + radius + 1])
+        if all(np.any(np.abs(at - other) > LABEL) for other in told[-LATELY:]):
+            paper.text(at[0], at[1], number, 5.5, colour=RED)
+            told.append(at)
+
+
+def _origin(paper: Paper, at: Array) -> None:
+    """Where x and y of the tables begin."""
+    x, y = at.tolist()
+    paper.pen(RED, 0.6)
+    paper.canvas.circle(x, y, 2.2)
+    paper.canvas.line(x - 4, y, x + 4, y)
+    paper.canvas.line(x, y - 4, x, y + 4)
+    paper.text(x - 4, y + 3, "0", 5.5, "end", colour=RED)
 
 
 def _mark(paper: Paper, part: FlatPart, at: Array, small: bool) -> None:
@@ -140,14 +192,13 @@ def _dimensions(paper: Paper, part: FlatPart, move, low: Array, high: Array, sma
     """Overall size outside, edge lengths along the edges, diagonals between opposite corners."""
     corners = [edge.points[0] for edge in part.outline]
     if not small:
-        for k, edge in enumerate(part.outline):
+        for edge in part.outline:
             p, q = move(edge.points[0]), move(edge.points[-1])
             words = f"{edge.length:.2f}" + ("" if len(edge.points) == 2 else " arc")
             sag = move(edge.points)
             chord = (q - p) / max(float(np.linalg.norm(q - p)), 1e-9)
             out = (sag - p) @ np.array([chord[1], -chord[0]])
             paper.dimension(p, q, 14.0 + max(float(out.max()), 0.0), words)
-            del k
     if len(corners) == 4 and not small:
         for a, b in ((0, 2), (1, 3)):
             p, q = move(corners[a]), move(corners[b])

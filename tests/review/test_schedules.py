@@ -12,6 +12,7 @@ import pytest
 from review_synthetic import record
 
 from fabgeo.errors import InputError
+from fabgeo.panels.flat import FlatHole
 from fabgeo.review.dxf_text import Curve
 from fabgeo.review.manifest import write_manifest
 from fabgeo.review.page import page_of
@@ -170,6 +171,35 @@ def test_drawings_have_a_page_a_panel_and_are_repeatable(tmp_path: Path) -> None
         words = page.extract_text()
         assert row["mark"] in words
         assert f"{row['flat_length_mm']:.2f}" in words
+
+
+def test_every_hole_of_a_beam_s_plates_stands_in_the_drawings(tmp_path: Path) -> None:
+    pypdf = pytest.importorskip("pypdf")
+    from fabgeo.review.drawings import drawn_page, pages_of, write_panel_drawings
+
+    made = record(2, 2)
+    flange = made.flats["P-00-00"]
+    centres = [np.array([100.0 + 7.25 * k, 300.0 + k]) for k in range(300)]
+    holes = tuple(FlatHole(at, 9.0, 10.0, 0.3) for at in centres)
+    marks = ("B-00-1-WEB", "B-00-1-FLO")
+    flats = {mark: replace(flange, mark=mark, holes=holes * mark.endswith("FLO")) for mark in marks}
+    plates = tuple({"mark": mark, "parent": "B-00-1", "sheet": "x/SHEET-007"} for mark in marks)
+    shown = tuple(replace(made.shown[0], mark=mark, family="beams") for mark in marks)
+    beams = ({"mark": "B-00-1", "length_mm": 9000.0, "mass_kg": 80.0},)
+    whole = replace(made, beams=beams, plates=plates, flats={**made.flats, **flats},
+                    shown=(*made.shown, *shown))  # fmt: skip
+    path = write_panel_drawings(tmp_path / "a.pdf", whole)
+    pages = [page.extract_text() for page in pypdf.PdfReader(path).pages]
+    words = "\n".join(pages[4:])
+    assert len(pages) == 6
+    assert "Camber of B-00-1-WEB" in words
+    assert "SHEET-007" in words
+    for x, y in centres:
+        assert f"{x:.2f}" in words
+        assert f"{y:.2f}" in words
+    drawn = [drawn_page(page) for page in reversed(pages_of(whole))][::-1]
+    other = write_panel_drawings(tmp_path / "b.pdf", whole, drawn)
+    assert other.read_bytes() == path.read_bytes()
 
 
 def test_a_cone_develops_into_a_sector() -> None:
