@@ -15,9 +15,11 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from itertools import groupby
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
@@ -124,8 +126,12 @@ def _write_steps(
     if all(taken):
         return keep(_STEPS, pieces, store)
     whole, *each = (folder.place(file) for file in files)
+    fixings = [piece for piece in pieces if piece.products is not None]  # one that takes long
+    others = [piece for piece in pieces if piece.products is None]
+    made = results(_STEPS, [*fixings, *others], jobs, store)
+    first = [(piece, next(made)) for piece in fixings]
     with StepJoin(whole, name, dict(zip(families, each, strict=False))) as joined:
-        for piece, data in zip(pieces, results(_STEPS, pieces, jobs, store), strict=True):
+        for piece, data in chain(zip(others, made, strict=True), first):
             joined.add(piece.family, zlib.decompress(data))
 
 
@@ -158,7 +164,8 @@ def _write_glb(
 
 
 def _meshed(leaf: Leaf) -> Any:
-    return mesh_of(leaf.part)
+    points, triangles = mesh_of(leaf.part)
+    return points.astype(np.float32), triangles.astype(np.uint32)  # as the file holds them
 
 
 def _no_mesh(leaf: Leaf, reason: str) -> Any:

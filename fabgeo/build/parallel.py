@@ -23,6 +23,7 @@ from joblib import Parallel, delayed
 from fabgeo.build.cache import Cache
 
 BATCH = 8  # parts that are sent to a worker together
+AHEAD = 3  # batches a worker that wait or are worked on: none stands still while this one reads
 ATTEMPTS = 2  # of one part alone, before it is the part's own fault
 CRASHED = "the process that worked on it died, again when it was alone"
 
@@ -104,7 +105,12 @@ def _survived[P, R](
 
 def _run[P, R](function: Callable[[P], R], parts: Sequence[P], jobs: int | None) -> Iterator[R]:
     batch: Any = max(1, min(BATCH, len(parts) // 4))  # joblib tells its type by its default
-    parallel = Parallel(n_jobs=jobs, return_as="generator", batch_size=batch)
+    parallel = Parallel(
+        n_jobs=jobs,
+        return_as="generator",
+        batch_size=batch,
+        pre_dispatch=f"{AHEAD * batch} * n_jobs",  # it counts parts
+    )
     for result in parallel(delayed(_done)(function, part) for part in parts):
         if result is not None:
             yield result

@@ -7,7 +7,8 @@ gained. Last, strip by strip, integer programmes over continuous placements
 (`fabgeo.panels.programme`) look for what sweeps have missed.
 
 The same programmes without neighbours prove how far that is from the least cost of all: what the
-strips cost each at its best, no choice of any placements undercuts.
+strips cost each at its best, no choice of any placements undercuts. Where every panel has its
+cheapest class, that is proven, and nothing more is looked for.
 """
 
 from __future__ import annotations
@@ -77,6 +78,15 @@ class JointChoice:
         """Share of the panel-by-panel cost that any choice can save at most: proven."""
         return 1.0 - self.bound / self.one_by_one
 
+    @property
+    def figures(self) -> dict[str, float]:
+        """What the choice costs, what it would panel by panel, and what none undercuts."""
+        return {
+            "panels_cost": self.cost,
+            "panels_cost_one_by_one": self.one_by_one,
+            "panels_cost_bound": self.bound,
+        }
+
     def __str__(self) -> str:
         return (
             f"cost {self.cost:g} chosen together, {self.one_by_one:g} panel by panel: "
@@ -129,12 +139,13 @@ def choose(
     one_by_one = search.cost
     if radii is not None or radii_step is not None:
         search.limit_radii(radii, radii_step)
-    search.settle()
+    if not search.proven:
+        search.settle()
     history = [search.cost]
     result = search.choose()
     history.append(search.cost)
     for _ in range(rounds):
-        if not search.widen():
+        if search.proven or not search.widen():
             break
         result = search.choose()
         history.append(search.cost)
@@ -144,6 +155,8 @@ def choose(
     if rounds:
         placing.prove()
     for _ in range(rounds):
+        if search.proven:
+            break
         result = placing.improve()
         history.append(search.cost)
         if history[-1] > history[-2] * (1.0 - _GAIN):

@@ -56,6 +56,11 @@ class Search:
         return float(self.costs.of(self.pool)[self.current].sum())
 
     @property
+    def proven(self) -> bool:
+        """Whether no choice can cost less: every panel has its cheapest class."""
+        return self.cost <= float(self.floors.sum()) + 1e-9
+
+    @property
     def floors(self) -> Array:
         """Least cost (p,) by the deviation of each panel alone."""
         return np.where(self.own.possible, self.costs.by_kind, np.inf).min(axis=1)
