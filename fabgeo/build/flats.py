@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from fabgeo.build.cache import Cache
 from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
@@ -112,9 +114,7 @@ def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, 
     stocks = stocks_of(project, plates)
     for part in sorted(flats.values(), key=lambda part: -part.area):
         own = [s for s in stocks if (s.material, s.thickness) == (part.material, part.thickness)]
-        points = [point for edge in part.outline for point in edge.points]
-        length = max(p[0] for p in points) - min(p[0] for p in points)
-        width = max(p[1] for p in points) - min(p[1] for p in points)
+        length, width = np.ptp(np.concatenate([e.points for e in part.outline]), axis=0).tolist()
         rooms = [(s.length - 2 * asked.margin, s.width - 2 * asked.margin) for s in own]
         if not any(_holds(room, (length, width)) for room in rooms):
             largest = max(own, key=lambda s: s.length * s.width)

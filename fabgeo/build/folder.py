@@ -56,6 +56,7 @@ class Folder:
         self.cache = self.work / "cache"
         self._staged = self.work / "staged"
         self._made: dict[str, str] = {}
+        self._taken: dict[str, str] = {}
         self._ledger = _ledger_of(self.work / LEDGER)
 
     def place(self, name: str) -> Path:
@@ -69,6 +70,7 @@ class Folder:
         pure = PurePosixPath(name)
         if pure.is_absolute() or ".." in pure.parts or "\\" in name or name.startswith("."):
             raise InputError(name, "is no name of a file inside the output folder")
+        self._taken.pop(name, None)
         path = self._staged.joinpath(*pure.parts)
         path.parent.mkdir(parents=True, exist_ok=True)
         return path
@@ -105,7 +107,13 @@ class Folder:
             os.link(path, place)
         except OSError:
             shutil.copy2(path, place)
+        self._taken[name] = old[1]
         return True
+
+    @property
+    def taken(self) -> dict[str, str]:
+        """sha256 of the files that were taken over and have not been placed anew since."""
+        return dict(self._taken)
 
     def forget(self) -> None:
         """Take nothing over."""

@@ -167,6 +167,7 @@ def write_package(
         versions=versions(),
         seconds=seconds,
         not_asked=missing,
+        known=folder.taken,
     )
     folder.finish()
     return Package(folder.path, design, flats, nests, built, review, record, clock.seconds)

@@ -39,6 +39,7 @@ def write_manifest(
     not_asked: Sequence[str] = (),
     units: str = "mm",
     settings: Mapping[str, Any] | None = None,
+    known: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Write manifest.json over all files now in the folder; the last thing a build does.
 
@@ -48,7 +49,10 @@ def write_manifest(
         The project file as read: plain data.
     settings : mapping, optional
         What a reader of the files needs to measure them: see `fabgeo.review.check`.
+    known : mapping, optional
+        sha256 of files that was just taken.
     """
+    sums, files = known or {}, package_files(folder)
     manifest = {
         "name": name,
         "units": units,
@@ -57,7 +61,7 @@ def write_manifest(
         "settings": dict(settings or {}),
         "seconds": {stage: round(float(value), 3) for stage, value in seconds.items()},
         "not_asked": list(not_asked),
-        "files": {key: sha256_of(path) for key, path in package_files(folder).items()},
+        "files": {key: sums.get(key) or sha256_of(path) for key, path in files.items()},
     }
     text = json.dumps(manifest, indent=1, ensure_ascii=False, default=str)
     (folder / NAME).write_text(text + "\n", encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 
 from fabgeo.build.folder import Folder, open_folder
 from fabgeo.errors import FabgeoError, InputError
+from fabgeo.review.manifest import sha256_of
 
 HOLD = """
 import sys
@@ -142,3 +144,21 @@ def test_long_work_is_kept_where_a_build_fails(
             build(out)
         assert out.exists() == kept
         assert not kept or (out / ".fabgeo" / "cache" / "fit").read_text() == "much work"
+
+
+def test_what_is_known_of_a_file_taken_over_ends_when_it_is_placed_anew(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for turn in range(2):
+        with open_folder(out) as folder:
+            for name in ("a.txt", "b.txt"):
+                if not folder.again(name, "made of this"):
+                    folder.text(name, name)
+            known = folder.taken
+            if turn:
+                folder.text("b.txt", "made of that after all")
+                assert folder.taken == {"a.txt": known["a.txt"]}
+            sums = {p.name: sha256_of(p) for p in folder.staged.iterdir()}
+            assert all(sums[name] == value for name, value in folder.taken.items())
+            folder.json("manifest.json", {"files": sums})
+            folder.finish()
+    assert known == {name: hashlib.sha256(name.encode()).hexdigest() for name in ("a.txt", "b.txt")}
