@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from fabgeo.build.cache import Cache
-from fabgeo.build.identity import shape_of
+from fabgeo.build.identity import known_by, shape_of
 from fabgeo.build.parallel import Work, results
 from fabgeo.build.progress import Clock
 from fabgeo.errors import InputError, PartError
@@ -41,11 +41,12 @@ def flats_of(
         lambda plate: (shape_of(plate), plate.shared, asked),
         _crashed,
     )
-    made = clock.each(results(work, plates, jobs, cache))
-    return {
-        plate.mark: replace(flat, material=plate.material)  # a shape keeps its flat part
-        for plate, flat in zip(plates, made, strict=True)
-    }
+    store, out = cache or Cache(), {}
+    made = clock.each(results(work, plates, jobs, store))
+    for plate, flat in zip(plates, made, strict=True):
+        out[plate.mark] = replace(flat, material=plate.material)  # a shape keeps its flat part
+        known_by(out[plate.mark], store.key(work.kind, work.depends(plate)), plate.material)
+    return out
 
 
 def style_of(project: Project) -> DxfStyle:

@@ -206,9 +206,9 @@ def _tradeoff(made: Design, cache: Cache) -> tuple[Mapping[str, float], ...]:
     """Panel classes over the tolerance, for the page's plot."""
     from fabgeo.panels.tradeoff import by_deviation
 
-    inputs = inputs_of(made.project, made.lanes, made.patches)
+    inputs = partial(inputs_of, made.project, made.lanes, made.patches)
     key = _panelled(made.project, made.lanes, made.patches)
-    return cache.once("tradeoff", key, lambda: tuple(by_deviation(inputs)))
+    return cache.once("tradeoff", key, lambda: tuple(by_deviation(inputs())))
 
 
 def _fitted_to(
