@@ -138,7 +138,7 @@ def summary_of(
     facts: Mapping[str, Facts],
 ) -> dict[str, float | None]:
     """The package's figures: the worst over all parts (handover.md)."""
-    out: dict[str, float | None] = dict(model)
+    out: dict[str, float | None] = {**model, **design.worth}
     for key in ("twist_max_deg", "gap_max_mm", "volume_error_rel", *CERTIFIED):
         values = [v for f in (model, *parts.values()) if (v := f.get(key)) is not None]
         out[key] = max(values) if values else None

@@ -20,7 +20,7 @@ from fabgeo.build.trimming import Trims
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.fitting.starts import Start
-from fabgeo.panels.classify import PanelChoice, classify
+from fabgeo.panels.classify import PanelChoice, classify, distinct_radii
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.samples import PanelInput, Side
@@ -74,6 +74,8 @@ class Design:
         What became of the panels that overhang the surface's boundary; None if none was cut.
     saved : str
         What choosing panels together saves, and at most could.
+    worth : mapping
+        The same, and what giving way bought, as figures of the summary.
     remarks : tuple of str
         What was measured of a structure of two layers.
     tradeoff : tuple of mappings
@@ -99,6 +101,7 @@ class Design:
     pair: Offset | None = None
     trims: Trims | None = None
     saved: str = ""
+    worth: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     tradeoff: tuple[Mapping[str, float], ...] = ()
 
@@ -120,11 +123,17 @@ class Design:
 
 def lanes_of(project: Project, model: StripModel) -> StripModel:
     """The model with its strips divided evenly, as far as [panels] limits their width."""
+    counts = lane_counts(project, model)
+    return model if max(counts) == 1 else model.divided(counts)
+
+
+def lane_counts(project: Project, model: StripModel) -> list[int]:
+    """How many lanes every strip is divided into."""
     widest = None if project.panels is None else project.panels.width
     if widest is None:
-        return model
+        return [1] * model.strips
     _, widths = model.rulings(model.parameters())
-    return model.divided([int(np.ceil(w / widest - 1e-9)) for w in widths.max(axis=1)])
+    return [int(np.ceil(w / widest - 1e-9)) for w in widths.max(axis=1)]
 
 
 def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
@@ -145,14 +154,15 @@ def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
 
 def panels_of(
     project: Project, model: StripModel, patches: tuple[Patch, ...], jobs: int | None = None
-) -> tuple[tuple[Plate, ...], dict[str, PanelChoice], str]:
+) -> tuple[tuple[Plate, ...], dict[str, PanelChoice], str, dict[str, float]]:
     """Net panels on the shapes that they are made as, why, and what choosing them together saves.
 
-    See `fabgeo.build.materials` for how they are formed; `jobs` processes help to choose.
+    The saving in words, and as figures. See `fabgeo.build.materials` for how they are formed;
+    `jobs` processes help to choose.
     """
     asked = project.panels
     if asked is None:
-        return (), {}, ""
+        return (), {}, "", {}
     layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
     net = layers.panels(model, patches, layer, layers.Joint(asked.joint, asked.joint))
     inputs = inputs_of(project, model, patches)
@@ -163,10 +173,11 @@ def panels_of(
 
         few, step = asked.radii, asked.radii_step
         joint = choose(inputs, tolerances, costs, SPRINGING, radii=few, radii_step=step, jobs=jobs)
-        choices, saved = list(joint.panels), f"panels: {joint}"
+        choices, saved, figures = list(joint.panels), f"panels: {joint}", joint.figures
     else:
-        saved = ""
-        choices = classify(inputs, tolerances, costs, SPRINGING)
+        choices, saved = classify(inputs, tolerances, costs, SPRINGING), ""
+        figures = {"panels_cost": sum(choice.cost for choice in choices)}
+    figures["panels_radii"] = float(distinct_radii(choices))
     made = []
     for k, (plate, choice) in enumerate(zip(net, choices, strict=True)):
         try:
@@ -177,7 +188,7 @@ def panels_of(
         if choices[k].cls == "developable":  # of the panel as cut, seen more densely than to choose
             least, largest = plate_radii(made[k].mid)
             choices[k] = replace(choices[k], radius_min_mm=least, radius_max_mm=largest)
-    return tuple(made), {choice.mark: choice for choice in choices}, saved
+    return tuple(made), {choice.mark: choice for choice in choices}, saved, figures
 
 
 def inputs_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> list[PanelInput]:

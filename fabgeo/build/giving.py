@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray
-from fabgeo.build.geometry import SPRINGING, lanes_of, limits_of, patches_of
+from fabgeo.build.geometry import SPRINGING, lane_counts, lanes_of, limits_of, patches_of
 from fabgeo.build.model import options_of, outwards
 from fabgeo.build.progress import Clock
-from fabgeo.errors import GeometryError, InputError
+from fabgeo.errors import GeometryError
 from fabgeo.fitting.fit import FitResult, fit
 from fabgeo.fitting.starts import Start
 from fabgeo.panels.carrier import Carriers
@@ -39,7 +39,7 @@ WEAKER = 0.2  # of it where the model left the surface too far
 
 @dataclass(frozen=True)
 class Drawn:
-    """Shapes of the panels of a model, looked up by strip and place.
+    """Shapes of the panels of a model, looked up by strip, lane and place.
 
     Attributes
     ----------
@@ -47,22 +47,28 @@ class Drawn:
         One a panel.
     able : (p,) bool array
         Whether the panel is drawn to it.
-    first : (strips,) int array
-        Number of each strip's first panel.
+    lanes : (strips,) int array
+        How many lanes `panels.width` divides every strip into.
+    first : (all lanes,) int array
+        Number of each lane's first panel.
     begins : tuple of arrays
-        Where a strip's panels begin, from 0 to 1 along it.
+        Where a lane's panels begin, from 0 to 1 along it.
     """
 
     carriers: Carriers
     able: Array
+    lanes: IntArray
     first: IntArray
     begins: tuple[Array, ...]
 
-    def __call__(self, strip: IntArray, t: Array, points: Array) -> tuple[Array, Array]:
+    def __call__(
+        self, strip: IntArray, lane: IntArray, t: Array, points: Array
+    ) -> tuple[Array, Array]:
         """See `fabgeo.fitting.objectives.towards.Shapes`; no distance where none is wanted."""
         panel = np.empty(len(strip), dtype=np.int64)
+        number = (np.cumsum(self.lanes) - self.lanes)[strip] + lane
         for k, begins in enumerate(self.begins):
-            own = strip == k
+            own = number == k
             at = np.searchsorted(begins, t[own], side="right") - 1
             panel[own] = self.first[k] + at % len(begins)
         shapes, each = self.carriers[panel], points[:, None]
@@ -76,17 +82,11 @@ def given_way(
     fitted: FitResult,
     clock: Clock | None = None,
     jobs: int | None = None,
-) -> tuple[FitResult, str]:
-    """The fit whose panels cost least, and what giving way has bought.
-
-    Raises
-    ------
-    InputError
-        If strips are divided by ``panels.width``: their pieces have no edges of their own to move.
-    """
+) -> tuple[FitResult, str, dict[str, float]]:
+    """The fit whose panels cost least, what giving way has bought, and figures of it."""
     asked = project.strips.give
     if asked is None or project.panels is None:
-        return fitted, ""
+        return fitted, "", {}
     clock = clock or Clock()
     best, before = fitted, _chosen(project, outwards(fitted.model), jobs)
     found, pull = before, PULL
@@ -110,7 +110,13 @@ def given_way(
         if anew.cost >= found.cost:
             break
         best, found = made, anew
-    return best, _told(before, found, fitted, best, asked)
+    figures = {
+        "give_panels_cost_before": before.cost,
+        "give_panels_cost_after": found.cost,
+        "give_deviation_before_mm": float(fitted.statistics["deviation_max"]),
+        "give_deviation_after_mm": float(best.statistics["deviation_max"]),
+    }
+    return best, _told(before, found, fitted, best, asked), figures
 
 
 def _worse(made: FitResult, fitted: FitResult) -> bool:
@@ -139,15 +145,10 @@ def _shares(choice: JointChoice) -> str:
 
 
 def _inputs(project: Project, model: StripModel) -> tuple[tuple[Patch, ...], list[PanelInput]]:
-    """Panels on the model itself."""
-    if lanes_of(project, model).strips != model.strips:
-        raise InputError(
-            "strips.give",
-            "moves whole strips, but panels.width divides some of them",
-            "ask for more strips, or leave panels.width out",
-        )
-    patches = patches_of(project, model)
-    plates = layers.panels(model, patches, layers.Layer("model", 0.0, 1.0, ""))
+    """Panels on the model itself, its strips divided into lanes."""
+    lanes = lanes_of(project, model)
+    patches = patches_of(project, lanes)
+    plates = layers.panels(lanes, patches, layers.Layer("model", 0.0, 1.0, ""))
     names = ("first", "second", "start", "end")
     return patches, [
         PanelInput(p.mark, p.mid, {side: p.shared[side] for side in names if side in p.shared})
@@ -185,11 +186,14 @@ def _shapes(project: Project, model: StripModel) -> Drawn:
     kind, carriers = price.argmin(axis=1), fits[-1]
     for k, own in enumerate(fits):
         carriers = own.where(kind == k, carriers)
-    strips = np.array([patch.strip for patch in patches])
+    lanes = lane_counts(project, model)
+    own = np.array([patch.strip for patch in patches])  # a lane is a strip of the divided model
     begins = np.array([patch.u0 for patch in patches]) / model.segments
+    every = np.arange(sum(lanes))
     return Drawn(
         carriers,
         np.isfinite(price.min(axis=1)).astype(np.float64),
-        np.searchsorted(strips, np.arange(model.strips)),
-        tuple(begins[strips == k] for k in range(model.strips)),
+        np.array(lanes),
+        np.searchsorted(own, every),
+        tuple(begins[own == k] for k in every),
     )

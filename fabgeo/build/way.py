@@ -103,7 +103,7 @@ def design(
             _fitted_to(project, wanted, initial, base),
             partial(fit_of, project, initial, clock),
         )
-        fitted, bought = cache.once(
+        fitted, bought, worth = cache.once(
             "give",
             (fitted.model, _panelled(project, fitted.model, ()), project.strips.model_dump()),
             partial(given_way, project, initial, fitted, clock, jobs),
@@ -112,14 +112,15 @@ def design(
     with clock.stage("panels"):
         lanes = lanes_of(project, model)
         patches = divided_patches(project, lanes, patches_of(project, lanes))
-        panels, choices, saved = cache.once(
+        panels, choices, saved, figures = cache.once(
             "choice",
             _panelled(project, lanes, patches),
             partial(panels_of, project, lanes, patches, jobs),
         )
         layers = layers_of(project, lanes, patches)
     made = Design(project, wanted, initial, fitted, model, lanes, patches, panels, choices, layers)
-    made = replace(made, saved="; ".join(filter(None, [bought, saved])))
+    bought = "; ".join(filter(None, [bought, saved]))
+    made = replace(made, saved=bought, worth={**worth, **figures})
     if trims_panels(project, initial):
         with clock.stage("trim"):
             made = trimmed(made)

@@ -200,6 +200,11 @@ def describe(
     return out
 
 
+def distinct_radii(panels: Sequence[PanelChoice]) -> int:
+    """Number of different cylinder radii, to 1 mm: set-ups of the rolls, or moulds."""
+    return len({round(p.radius_min_mm) for p in panels if p.cls == "cylinder"})
+
+
 def _why(possible: BoolArray, cost: Array, kind: int) -> str:
     """Why a panel is made as nothing cheaper."""
     cheaper = [k for k in range(len(CLASSES)) if cost[k] < cost[kind]]

@@ -10,7 +10,7 @@ import numpy as np
 
 from fabgeo.panels.candidates import measured, targets_of
 from fabgeo.panels.choose import choose
-from fabgeo.panels.classify import PanelChoice
+from fabgeo.panels.classify import distinct_radii
 from fabgeo.panels.fit_shape import fit, start
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.limits import Costs, Tolerances
@@ -123,11 +123,6 @@ def by_deviation(
         counts = np.bincount(within.argmax(axis=0), minlength=len(CLASSES)).tolist()
         rows.append({"tolerance_mm": tolerance, **dict(zip(CLASSES, counts, strict=True))})
     return rows
-
-
-def distinct_radii(panels: Sequence[PanelChoice]) -> int:
-    """Number of different cylinder radii, to 1 mm: set-ups of the rolls, or moulds."""
-    return len({round(p.radius_min_mm) for p in panels if p.cls == "cylinder"})
 
 
 def table(rows: Sequence[TradeOffRow]) -> str:

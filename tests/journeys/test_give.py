@@ -33,8 +33,9 @@ tolerance = 1.0
 """
 
 
-def built(extra: str = "") -> Design:
-    return design(parse_project(tomllib.loads(DOME.replace("[panels]", extra + "[panels]"))))
+def built(strips: str = "", panels: str = "") -> Design:
+    text = DOME.replace("[panels]", strips + "[panels]") + panels
+    return design(parse_project(tomllib.loads(text)))
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,9 @@ def test_panels_cost_less_and_the_model_stays_near(before: Design, after: Design
     assert after.fit.statistics["deviation_max"] <= 45.0
     assert after.fit.status == "converged"
     assert any(note.startswith("give: panels cost") for note in after.notes)
+    assert after.worth["give_panels_cost_after"] < after.worth["give_panels_cost_before"]
+    assert after.worth["panels_cost"] == cost(after)
+    assert after.worth["panels_cost_bound"] <= cost(after) <= after.worth["panels_cost_one_by_one"]
 
 
 @pytest.mark.slow
@@ -66,16 +70,32 @@ def test_no_room_to_give_changes_nothing(before: Design) -> None:
     assert any("stays as fitted" in note for note in tight.notes)
 
 
+@pytest.mark.slow
+def test_divided_strips_give_way_too() -> None:
+    made = built("give = 45.0\n", "width = 1000.0\n")
+    assert made.lanes.strips > made.model.strips
+    assert made.worth["give_panels_cost_after"] < made.worth["give_panels_cost_before"]
+    assert made.fit.statistics["deviation_max"] <= 45.0
+
+
 def test_gradients_are_those_of_the_distances(before: Design) -> None:
     control = np.array(before.fit.model.control)
     net = Net.of(before.fit.model)
     reference = Reference(before.start.reference, 1.0)
 
-    def plane(strip: IntArray, t: Array, points: Array) -> tuple[Array, Array]:
-        normal = np.array([0.6, 0.0, 0.8]) + 0.0 * points
-        return points @ np.array([0.6, 0.0, 0.8]) + strip + t, normal
+    class Plane:
+        """Of every strip, lane and place its own, all parallel."""
 
-    term = Towards(Sites.gauss(net, 2), plane, 1.0)
+        lanes = np.arange(before.fit.model.strips) % 3 + 1
+
+        def __call__(
+            self, strip: IntArray, lane: IntArray, t: Array, points: Array
+        ) -> tuple[Array, Array]:
+            normal = np.array([0.6, 0.0, 0.8]) + 0.0 * points
+            assert np.all(lane < self.lanes[strip])
+            return points @ np.array([0.6, 0.0, 0.8]) + strip + t + 0.1 * lane, normal
+
+    term = Towards(Sites.gauss(net, 2), Plane(), 1.0)
     values, gradients = term.evaluate(State(net, control, reference), True)
     step = np.random.default_rng(1).normal(size=control.shape)
     moved = term.evaluate(State(net, control + 1e-3 * step, reference), False)[0]

@@ -13,14 +13,14 @@ from scipy.sparse import csr_array
 from fabgeo import spline
 from fabgeo.errors import InputError
 from fabgeo.panels.choose import JointChoice, choose
-from fabgeo.panels.classify import classify
+from fabgeo.panels.classify import classify, distinct_radii
 from fabgeo.panels.forming import Sheet, forming_of
 from fabgeo.panels.highs import Programme, solved
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.radii import fewest
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.shapes import Cylinder
-from fabgeo.panels.tradeoff import distinct_radii, plot, table, trade_off
+from fabgeo.panels.tradeoff import plot, table, trade_off
 from fabgeo.strips.model import StripModel
 from fabgeo.strips.ruled import RuledPatch
 

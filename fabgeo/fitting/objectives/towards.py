@@ -12,18 +12,25 @@ from fabgeo.fitting.samples import Sites
 
 
 class Shapes(Protocol):
-    """The shape that each piece of each strip is drawn to."""
+    """The shape that each piece of each strip is drawn to; strips may be divided into lanes."""
 
-    def __call__(self, strip: IntArray, t: Array, points: Array) -> tuple[Array, Array]:
+    @property
+    def lanes(self) -> IntArray:
+        """How many lanes (strips,) divide every strip along its rulings."""
+        ...
+
+    def __call__(
+        self, strip: IntArray, lane: IntArray, t: Array, points: Array
+    ) -> tuple[Array, Array]:
         """Signed distances (k,) and unit normals (k, 3) of points (k, 3) in the surface's unit.
 
-        `strip` (k,) and `t` (k,), from 0 to 1 along it, say whose shape.
+        `strip` (k,), `lane` (k,) and `t` (k,), from 0 to 1 along the strip, say whose shape.
         """
         ...
 
 
 class Towards(Objective):
-    """Distances of both edges and of the middles of rulings to the shape of their piece.
+    """Distances of every lane's edges, and of the middles of its rulings, to its pieces' shapes.
 
     Parameters
     ----------
@@ -38,19 +45,27 @@ class Towards(Objective):
     def __init__(self, sites: Sites, shapes: Shapes, length: float) -> None:
         super().__init__(sites)
         self._shapes, self._length = shapes, length
+        # Strips of fewer lanes look at some of them twice, so that all have as many places.
+        count = shapes.lanes[self.window[:, 0], None]
+        most = int(count.max(initial=1))
+        self._lane: IntArray = np.repeat(np.arange(most) * count // most, 3, axis=1)  # (n, places)
+        self._share: Array = (self._lane + np.tile([0.0, 0.5, 1.0], most)) / count  # of rulings
 
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:
-        """Distances at the first edge, the second and between, and their gradients."""
-        a, b = state.around(self.sites, 2)
-        points = np.stack([a, b, (a + b) / 2.0], axis=-2)  # (n, elements, q, 3, 3)
-        strip = np.broadcast_to(self.window[:, 0, None, None, None], points.shape[:-1])
-        t = np.broadcast_to(self.sites.u[..., None] / self.sites.net.segments, points.shape[:-1])
+        """Distances at three places of every lane's ruling, and their gradients."""
+        a, b = (end[..., None, :] for end in state.around(self.sites, 2))
+        share = self._share[:, None, None, :, None]
+        points = (1.0 - share) * a + share * b  # (n, elements, q, places, 3)
+        each = points.shape[:-1]
         values, normals = self._shapes(
-            strip.ravel(), t.ravel(), points.reshape(-1, 3) * self._length
+            np.broadcast_to(self.window[:, 0, None, None, None], each).ravel(),
+            np.broadcast_to(self._lane[:, None, None], each).ravel(),
+            np.broadcast_to(self.sites.u[..., None] / self.sites.net.segments, each).ravel(),
+            points.reshape(-1, 3) * self._length,
         )
         values = values.reshape(points.shape[:-1]) / self._length
         if not slopes:
             return values, {}
-        share = np.array([[1.0, 0.0], [0.0, 1.0], [0.5, 0.5]])  # of each point in both edges
+        both = np.stack([1.0 - share, share], axis=-2)  # of each point in both edges
         normals = normals.reshape(points.shape)
-        return values, {0: share[:, :, None] * normals[..., None, :]}
+        return values, {0: both * normals[..., None, :]}
