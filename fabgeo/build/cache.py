@@ -110,7 +110,7 @@ def read_entry(path: Path) -> Any | None:
         data = path.read_bytes()
         if sha256(data[CHECKSUM:]).digest() != data[:CHECKSUM]:
             return None
-        return unpack(data[CHECKSUM:])
+        return unpack(data[CHECKSUM:], known=True)
     except (OSError, InputError):
         return None
 

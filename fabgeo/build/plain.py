@@ -11,7 +11,7 @@ blob
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from hashlib import sha256
 from typing import Any
@@ -37,6 +37,7 @@ _CLASSES = (
 )
 NOUNS: dict[str, type[Any]] = {cls.__name__: cls for cls in _CLASSES}
 HEAD = 8  # bytes of the length of the JSON text
+ALIGNED = 8  # bytes that arrays begin at a multiple of
 
 
 def pack(value: Any) -> bytes:
@@ -49,11 +50,19 @@ def pack(value: Any) -> bytes:
     """
     blobs = bytearray()
     text = json.dumps(_plain(value, blobs), separators=(",", ":")).encode()
+    text += b" " * (-len(text) % ALIGNED)
     return b"".join([len(text).to_bytes(HEAD, "big"), text, blobs])
 
 
-def unpack(data: bytes) -> Any:
+def unpack(data: bytes, known: bool = False) -> Any:
     """The value of `pack`.
+
+    Parameters
+    ----------
+    data : bytes
+    known : bool
+        The bytes are those that were packed, by their checksum: nouns are not checked again,
+        which takes most of the time.
 
     Raises
     ------
@@ -62,7 +71,8 @@ def unpack(data: bytes) -> Any:
     """
     try:
         begin = HEAD + int.from_bytes(data[:HEAD], "big")
-        return _noun(json.loads(data[HEAD:begin]), memoryview(data)[begin:])
+        make = _restored if known else _made
+        return _noun(json.loads(data[HEAD:begin]), memoryview(data)[begin:], make)
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise InputError("stored data", f"is damaged: {error}") from error
 
@@ -95,14 +105,29 @@ def _plain(value: Any, blobs: bytearray) -> Any:
 
 
 def _store(data: bytes, blobs: bytearray) -> list[int]:
+    blobs += bytes(-len(blobs) % ALIGNED)
     begin = len(blobs)
     blobs += data
     return [begin, len(blobs)]
 
 
-def _noun(tree: Any, blobs: memoryview) -> Any:
+type _Make = Callable[[type[Any], dict[str, Any]], Any]
+
+
+def _made(cls: type[Any], fields_of: dict[str, Any]) -> Any:
+    return cls(**fields_of)
+
+
+def _restored(cls: type[Any], fields_of: dict[str, Any]) -> Any:
+    """A noun as it was: its arrays are bytes of the entry, which nobody can write to."""
+    noun = object.__new__(cls)
+    vars(noun).update(fields_of)
+    return noun
+
+
+def _noun(tree: Any, blobs: memoryview, make: _Make) -> Any:
     if isinstance(tree, list):
-        return [_noun(item, blobs) for item in tree]
+        return [_noun(item, blobs, make) for item in tree]
     if not isinstance(tree, dict):
         return tree
     if "@array" in tree:
@@ -114,8 +139,8 @@ def _noun(tree: Any, blobs: memoryview) -> Any:
         begin, end = tree["@bytes"]
         return bytes(blobs[begin:end])
     if "@tuple" in tree:
-        return tuple(_noun(item, blobs) for item in tree["@tuple"])
+        return tuple([_noun(item, blobs, make) for item in tree["@tuple"]])
     if "@map" in tree:
-        return {_noun(key, blobs): _noun(item, blobs) for key, item in tree["@map"]}
-    given = {name: _noun(item, blobs) for name, item in tree.items() if name != "@"}
-    return NOUNS[tree["@"]](**given)
+        return {_noun(key, blobs, make): _noun(item, blobs, make) for key, item in tree["@map"]}
+    given = {name: _noun(item, blobs, make) for name, item in tree.items() if name != "@"}
+    return make(NOUNS[tree["@"]], given)

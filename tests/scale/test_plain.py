@@ -46,7 +46,14 @@ def plate() -> Plate:
 def test_nouns_come_back_to_the_last_digit() -> None:
     flat = unfold(plate().mid, "P-00-01", "steel", 3.0)
     value = {"plate": plate(), "flat": flat, 3: (b"bytes", [None, True, np.inf, "ä"])}
-    assert same(unpack(pack(value)), value)
+    data = pack(value)
+    assert same(unpack(data), value)
+    known = unpack(data, known=True)
+    assert same(known, value)
+    array = known["flat"].outline[0].points
+    assert array.flags.aligned
+    with pytest.raises(ValueError, match="read-only"):
+        array[0] = 0.0
 
 
 def test_a_digest_depends_on_every_part_of_its_inputs() -> None:
