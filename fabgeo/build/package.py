@@ -6,7 +6,7 @@ import importlib.metadata
 import os
 import platform
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -81,11 +81,11 @@ class Package:
             for mark, part in self.review["parts"].items()
             if part["verdict"] == "fail"
         ]
-        failed = {key: row for key, *row in self.figures() if row[2] == "fail"}
-        where = places(self.design, failed)
-        for key, (found, bound, _) in failed.items():
-            told = f": {where[key]}" if key in where else ""
-            lines.append(f"package: {key} is {found}, limit {bound}{told}")
+        where = self.record.where
+        for key, found, bound, verdict in self.figures():
+            if verdict == "fail":
+                told = f": {where[key]}" if key in where else ""
+                lines.append(f"package: {key} is {found}, limit {bound}{told}")
         return lines
 
     @property
@@ -156,6 +156,9 @@ def write_package(
     with clock.stage("measure"):
         missing = not_asked(project)
         record = record_of(design, flats, nests, built, seconds, missing, jobs, cache)
+        found = ((limit, record.summary.get(limit.key)) for limit in record.limits)
+        failed = [limit.key for limit, value in found if verdict_of(limit, value) == "fail"]
+        record = replace(record, where=places(design, failed))
     with clock.stage("review"):
         write_schedules(staged, record)
         _write_pages(folder, record, project, jobs, cache)

@@ -123,8 +123,10 @@ def _head(record: ReviewRecord, review: dict[str, Any]) -> str:
     bad = [(m, p) for m, p in parts.items() if p["verdict"] in ("fail", "warn")]
     bad.sort(key=lambda item: (item[1]["verdict"] != "fail", item[0]))
     lines = "".join(
-        f'<li class="{verdict}"><b>{palette.SIGNS[verdict]} package</b> {svg.text(reason)}</li>'
-        for verdict, reason in whole.values()
+        f'<li class="{verdict}"><b>{palette.SIGNS[verdict]} package</b> {svg.text(reason)}'
+        + (f": {svg.text(record.where[key])}" if key in record.where else "")
+        + "</li>"
+        for key, (verdict, reason) in whole.items()
     )
     lines += "".join(
         f'<li class="{p["verdict"]}"><button class="mark" data-mark="{svg.text(m)}">'

@@ -55,7 +55,7 @@ def flat_symbols(record: ReviewRecord, numbers: dict[str, int]) -> str:
         points = contour(part)
         low, high = points.min(axis=0), points.max(axis=0)
         bent = _every([bend for bend in part.bends if math.isfinite(bend.radius)], BENDS)
-        starts, ends = ([getattr(b, end) for b in bent] for end in ("start", "end"))
+        starts, ends = np.array([bend.start for bend in bent]), np.array([b.end for b in bent])
         groups.append(
             f'<g id="f{number}" data-box="{low[0]:.1f} {low[1]:.1f} {high[0]:.1f} {high[1]:.1f}">'
             f'<path class="cut" d="{svg.path(thinned(points), UNIT, closed=True)}"/>'
@@ -83,7 +83,7 @@ def sheet_pictures(record: ReviewRecord, numbers: dict[str, int]) -> str:
             figures.append(
                 f'<figure class="sheet" data-sheet="{svg.text(key)}"><figcaption><b>'
                 f"{svg.text(sheet.name)}</b> {svg.text(nest.material)} {nest.thickness:g} mm, "
-                f"{length:g} x {width:g} mm, {len(sheet.placements)} parts, "
+                f"{length:g} x {width:g} mm, {_parts(len(sheet.placements))}, "
                 f"{100.0 * sheet.utilisation:.1f} % used</figcaption>"
                 f'<svg viewBox="-10 -10 {length + 20:g} {width + 20:g}" role="img">'
                 f"<title>{svg.text(sheet.name)}: {svg.text(marks)}</title>"
@@ -93,6 +93,10 @@ def sheet_pictures(record: ReviewRecord, numbers: dict[str, int]) -> str:
         for mark, reason in sorted(nest.unplaced.items()):
             figures.append(f"<p class=unplaced>✗ {svg.text(mark)}: {svg.text(reason)}</p>")
     return "".join(figures)
+
+
+def _parts(count: int) -> str:
+    return f"{count} part" + "s" * (count != 1)
 
 
 def _every[T](items: list[T], most: int) -> list[T]:

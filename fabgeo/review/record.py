@@ -190,6 +190,8 @@ class ReviewRecord:
     deviation : DeviationMap, optional
     tradeoff : tuple of Row
         Panel classes over tolerance: "tolerance_mm" and one count per class.
+    where : mapping of figure name to str
+        Where on the model a figure of the package that fails is at its worst, and what may help.
     remarks : tuple of str
         What people should know of the model besides the figures, a sentence each.
     not_asked : tuple of str
@@ -218,6 +220,7 @@ class ReviewRecord:
     seconds: Mapping[str, float] = field(default_factory=dict)
     deviation: DeviationMap | None = None
     tradeoff: tuple[Row, ...] = ()
+    where: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     not_asked: tuple[str, ...] = ()
     materials: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

@@ -117,7 +117,11 @@ def test_a_record_that_is_judged_again_keeps_its_reasons() -> None:
 
 
 def test_the_page_shows_remarks_and_classes_over_the_tolerance() -> None:
-    page = page_of(replace(record(2, 2), remarks=("trim: 3 panels <cut>",)))
+    limit, at = Limit("deviation_max_mm", 1.0, label="Deviation"), {"deviation_max_mm": "strip 7"}
+    made = record(2, 2)
+    made = replace(made, where=at, limits=(*made.limits, limit), remarks=("trim: 3 panels <cut>",))
+    page = page_of(made)
+    assert "deviation_max_mm 6 over 1: strip 7" in page
     assert "trim: 3 panels &lt;cut&gt;" in page
     assert "Panel classes over the tolerance" in page
     assert "Every panel by itself" in page
