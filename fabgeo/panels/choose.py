@@ -6,9 +6,9 @@ is fitted against the neighbours as chosen, and the programme is solved again, u
 gained. Last, strip by strip, integer programmes over continuous placements
 (`fabgeo.panels.programme`) look for what sweeps have missed.
 
-The same programmes without neighbours prove how far that is from the least cost of all: what the
-strips cost each at its best, no choice of any placements undercuts. Where every panel has its
-cheapest class, that is proven, and nothing more is looked for.
+The same programmes without neighbours bound how far that is from the least cost of all: what the
+strips cost each at its best, to first order no choice of any placements undercuts. Where every
+panel has its cheapest class, that is proven, and nothing more is looked for.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 from fabgeo.panels.classify import PanelChoice, describe
 from fabgeo.panels.forming import Sheet
+from fabgeo.panels.integer import IntegerChoice
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.placing import StripPlacing
 from fabgeo.panels.samples import PanelInput
@@ -37,9 +38,11 @@ class JointChoice:
     cost : float
         Sum of the chosen classes' costs.
     bound : float
-        Proven by the solver over continuous placements: no choice of any placements costs less.
-        The sum of what the strips cost at least, each without regard to the others, within
-        limits wider by 3 % than the given ones (what the linear programmes may be off).
+        The solver's, over continuous placements: the sum of what the strips cost at least, each
+        without regard to the others. Features are linear about every panel's closest shape in
+        these programmes, their limits 3 % wider than the given ones: the bound is proven to first
+        order, of placements near the closest ones. Far from them (by tens of millimetres along
+        directions that hardly change a panel) features may be off by half a limit.
     among : float
         Proven by the solver: no choice among the candidates costs less.
     floor : float
@@ -75,7 +78,7 @@ class JointChoice:
 
     @property
     def most(self) -> float:
-        """Share of the panel-by-panel cost that any choice can save at most: proven."""
+        """Share of the panel-by-panel cost that a choice can save at most, by `bound`."""
         return 1.0 - self.bound / self.one_by_one
 
     @property
@@ -85,13 +88,15 @@ class JointChoice:
             "panels_cost": self.cost,
             "panels_cost_one_by_one": self.one_by_one,
             "panels_cost_bound": self.bound,
+            "panels_cost_floor": self.floor,
         }
 
     def __str__(self) -> str:
         return (
             f"cost {self.cost:g} chosen together, {self.one_by_one:g} panel by panel: "
-            f"{100 * self.saving:.1f} % saved; by the solver's bound {self.bound:g} no choice and "
-            f"no placement saves more than {100 * self.most:.1f} %"
+            f"{100 * self.saving:.1f} % saved; by the solver's bound {self.bound:g}, to first "
+            f"order in the placements, no choice saves more than {100 * self.most:.1f} %; "
+            f"no panel's deviation allows less than {self.floor:g} in all"
         )
 
 
@@ -136,31 +141,15 @@ def choose(
     began = time.perf_counter()
     tolerances, costs = tolerances or Tolerances(), costs or Costs()
     search = Search(panels, tolerances, costs, seconds)
-    one_by_one = search.cost
     if radii is not None or radii_step is not None:
         search.limit_radii(radii, radii_step)
-    if not search.proven:
-        search.settle()
-    history = [search.cost]
-    result = search.choose()
-    history.append(search.cost)
-    for _ in range(rounds):
-        if search.proven or not search.widen():
-            break
-        result = search.choose()
-        history.append(search.cost)
-        if history[-1] > history[-2] * (1.0 - _GAIN):
-            break
+    one_by_one = search.cost
+    history = [one_by_one]
+    result = _swept(search, rounds, history)
     placing = StripPlacing(search, jobs, seconds)
     if rounds:
         placing.prove()
-    for _ in range(rounds):
-        if search.proven:
-            break
-        result = placing.improve()
-        history.append(search.cost)
-        if history[-1] > history[-2] * (1.0 - _GAIN):
-            break
+        result = _placed(placing, rounds, history) or result
     chosen = describe(
         panels,
         search.own,
@@ -183,3 +172,43 @@ def choose(
         history=tuple(history),
         seconds=time.perf_counter() - began,
     )
+
+
+def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
+    """Choose among candidates of sweeps, then of rounds against the neighbours as chosen."""
+    if not search.proven:
+        search.settle()
+    result = search.choose()
+    history.append(search.cost)
+    for _ in range(rounds):
+        if search.proven or not search.widen():
+            break
+        result = search.choose()
+        history.append(search.cost)
+        if _gain(history) < _GAIN:
+            break
+    return result
+
+
+def _placed(placing: StripPlacing, rounds: int, history: list[float]) -> IntegerChoice | None:
+    """Strips placed by their programmes, as long as another round can be expected to gain.
+
+    A round gains about as much less than the one before it as that one did: those to come are not
+    waited for to have shown it.
+    """
+    search, before = placing.search, 1.0
+    if search.proven:
+        return None
+    for _ in range(rounds):
+        placing.improve()
+        history.append(search.cost)
+        gain = _gain(history)
+        if search.proven or gain * min(1.0, gain / before) < _GAIN:
+            break
+        before = gain
+    return search.choose()
+
+
+def _gain(history: Sequence[float]) -> float:
+    """Share of the cost that the last round has saved."""
+    return 1.0 - history[-1] / history[-2] if history[-2] > 0.0 else 0.0

@@ -13,7 +13,6 @@ from fabgeo.panels.certify import deviation
 from fabgeo.panels.firstorder import Boundaries, Option, option_of
 from fabgeo.panels.groups import colours_of, strips_of
 from fabgeo.panels.highs import all_solved, divisor
-from fabgeo.panels.integer import IntegerChoice
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.programme import Decision, Group, Rim, choosing, settling
 from fabgeo.panels.search import Search, scatter
@@ -111,7 +110,7 @@ class StripPlacing:
             if np.isfinite(solution.bound):
                 self.bounds[g] = max(self.bounds[g], solution.bound)
 
-    def improve(self) -> IntegerChoice:
+    def improve(self) -> None:
         """Place strips that cost more than they must against their neighbours as chosen.
 
         Strips of one colour have no joint in common: they are placed at once.
@@ -130,7 +129,6 @@ class StripPlacing:
                 before = len(search.pool)
                 self._settle([g for g, _ in found], [d for _, d in found])
                 search.choose(before)
-        return search.choose()
 
     def _anew(self, group: int) -> bool:
         """Whether neighbours of a strip stand otherwise than when it was last placed."""

@@ -35,7 +35,7 @@ class TradeOffRow:
     flat, cylinder, cone, developable : float
         Shares of the panels, 0 to 1.
     cost, bound, floor, one_by_one : float
-        Sum of costs, what no choice undercuts (proven by the solver), what no panel by itself
+        Sum of costs, what no choice undercuts (see `JointChoice`), what no panel by itself
         undercuts, and the cost chosen panel by panel.
     radii : int
         Distinct cylinder radii, to 1 mm.
