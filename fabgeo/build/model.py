@@ -27,7 +27,8 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
     seed: Any = asked.seed
     if asked.start == "model":
         seed = base / str(asked.model)
-    options = {} if asked.overhang is None else {"overhang": asked.overhang}
+    own = {"overhang": asked.overhang, "corners": asked.corners}
+    options = {name: value for name, value in own.items() if value is not None}
     return start(
         surface,
         method=asked.start,

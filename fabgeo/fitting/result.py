@@ -48,7 +48,8 @@ class FitResult:
         In the unit of the start.
     status : str
         "converged": within the limits asked; "limited": nothing more helps, the limits are not
-        reached; "interrupted": the listener stopped it. (Steps that fold a strip are never taken.)
+        reached, or a strip has folded between the places where steps are tested for it (the
+        reason names it); "interrupted": the listener stopped it.
     reason : str
         Why the fit ended, for people; names strip and u where one is to blame.
     history : tuple of dict

@@ -28,7 +28,7 @@ from fabgeo.fitting.level import Level
 from fabgeo.fitting.levenberg import Solution, Step, minimise
 from fabgeo.fitting.obstacle import obstacle
 from fabgeo.fitting.options import FitOptions
-from fabgeo.fitting.quality import Quality, mean_ruling, quality
+from fabgeo.fitting.quality import Quality, dense_sites, mean_ruling, quality
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.result import FitResult, Listener, Progress
 from fabgeo.fitting.samples import Net
@@ -46,10 +46,12 @@ EXACTLY = 1e-3  # the same for nets of a kind: their path is narrow
 ON_THE_WAY, SETTLED = 1e-2, 3e-3  # relative gain of a step at which a stage ends
 FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
 WORTH_A_REASON = 1.2  # of the sag limit: above, the reason says what holds the model off
+NEAR_ENOUGH = 1e-4  # of a ruling's length: a deviation that needs no reason, whatever the sag
 ROUNDS = 4  # of reweighting, at most
 FLATTER = 0.95  # of the largest deviation: a round that brings less is the last
 GIVE = 2  # steps of growth that a round takes back
 FADES, FADE = 3, 0.1  # times that fairness fades at the end, at most, and by which factor
+FINEST = 16  # places a segment where the result is looked at for folds: cusps are short
 STILL_GOOD = 2.0  # of the cost it was left with: up to here a model is gone on with
 
 
@@ -289,7 +291,8 @@ class Run:
             return "interrupted", "stopped by the listener"
         within = self._excess(figures) <= 1.0
         why = ""
-        if not within or figures.deviation_over_sag > WORTH_A_REASON:
+        far = figures.deviation_over_sag > WORTH_A_REASON and figures.deviation > NEAR_ENOUGH
+        if not within or far:
             why = obstacle(self.level.state(self.control), self.held, figures)
         if within:
             words = ["within the limits of twist and kind; nothing more is gained"]
@@ -306,6 +309,11 @@ class Run:
     def _result(self) -> FitResult:
         figures = self._figures()
         status, reason = self._verdict(figures)
+        state, finest = self.level.state(self.control), dense_sites(self.level.net, FINEST)
+        fold = find_fold(state, self.level.coarse, finest)
+        if fold is not None:
+            status = "interrupted" if self.interrupted else "limited"
+            reason = f"{fold}; {reason}"
         left = {
             "status": status,
             "reason": reason,

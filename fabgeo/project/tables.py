@@ -15,6 +15,7 @@ type Finite = Annotated[float, Field(allow_inf_nan=False)]
 type Count = Annotated[int, Field(ge=1)]
 type Unit = Literal["mm", "cm", "m", "in", "ft"]
 type Point = tuple[Finite, Finite, Finite]
+type Overhang = Annotated[float, Field(gt=-0.4, allow_inf_nan=False)]
 
 
 class Table(BaseModel):
@@ -62,9 +63,11 @@ class Strips(Table):
     """The strip model: how it starts and what it is fitted to.
 
     `overhang`: how far edges reach beyond the surface's boundary at their two ends, in parts of
-    their length (start = "iso"; absent: only where no edge can end on the boundary). `cover`: the
-    weight by which such ends are kept beyond the boundary. `give`: strips may give way towards
-    cheaper panels, up to so many mm from the surface.
+    their length (start = "iso"; absent: only where no edge can end on the boundary), or below 0
+    stop short of it. `corners`: four points, in mm, beside which the boundary is divided into the
+    four sides between which edges and rulings run (start = "iso"). `cover`: the weight by which
+    overhanging ends are kept beyond the boundary. `give`: strips may give way towards cheaper
+    panels, up to so many mm from the surface.
     """
 
     kind: Literal["general", "conical", "circular", "geodesic"] = "general"
@@ -79,7 +82,8 @@ class Strips(Table):
     boundary: Literal["auto", "edges", "ends", "all", "none"] = "auto"
     anchor: NonNegative = 1e-2
     cover: NonNegative = 0.0
-    overhang: tuple[NonNegative, NonNegative] | None = None
+    overhang: tuple[Overhang, Overhang] | None = None
+    corners: tuple[Point, Point, Point, Point] | None = None
     give: Positive | None = None
 
 

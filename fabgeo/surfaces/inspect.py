@@ -242,8 +242,11 @@ def _suggestion(
     """Strips whose rulings follow the principal direction `k` (0: larger, 1: smaller)."""
     along = float(np.percentile(np.abs(kappa[:, k]), 95))
     direction = axes[:, k]
-    # The mean axis of undirected lines is the leading eigenvector of their mean projector.
-    _, vectors = np.linalg.eigh(np.einsum("ki,kj->ij", direction, direction) / len(direction))
+    # The mean axis of undirected lines is the leading eigenvector of their mean projector; they
+    # count by how clearly they differ, since flat and umbilic places have no directions.
+    clear = np.abs(kappa[:, 0] - kappa[:, 1])
+    clear = clear / clear.max() if clear.max() > 0.0 else np.ones_like(clear)
+    _, vectors = np.linalg.eigh(np.einsum("k,ki,kj->ij", clear, direction, direction))
     across = vectors[:, -1] * (np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1]) or 1.0)
     extent = float(np.ptp(point @ across))
     names = _NAMES[k], _NAMES[1 - k], _triple(across)

@@ -46,6 +46,7 @@ _FURTHER = (
     ("geodesic", "v"),
     ("geodesic", "u"),
 )
+SHORT = 0.04  # of their length, by which edges stop before a boundary that has no corner there
 _SHARED = ("sag", "conjugate", "project", "ends")
 
 
@@ -207,6 +208,8 @@ def _auto(
     tried = [_tried(surface, *asked, *plan, options) for plan in _plans(surface, direction)]
     if len(tried) > 1:
         tried = _trials(tried, surface)
+        if "overhang" not in options and not any(c.score < float("inf") for c in tried):
+            tried += _trials(_shorter(tried, surface, asked, options), surface)
         further = direction is None and len(surface.loops) == 1
         if further and not any(c.works for c in tried):
             tried += _trials(
@@ -225,6 +228,22 @@ def _auto(
         list(best.notes),
         _reference(best.model, surface),
     )
+
+
+def _shorter(
+    tried: list[Candidate],
+    surface: DesignSurface,
+    asked: tuple[int | None, int | None],
+    options: dict[str, Any],
+) -> list[Candidate]:
+    """Iso starts again, ending short of a boundary on which they fold.
+
+    Where a boundary goes round a corner of the net smoothly, edge and ruling have one direction.
+    """
+    less = {**options, "overhang": (-SHORT, -SHORT)}
+    return [
+        _tried(surface, *asked, c.method, c.direction, less) for c in tried if c.method == "iso"
+    ]
 
 
 def _cure(surface: DesignSurface) -> str:
@@ -246,8 +265,8 @@ def _trials(candidates: list[Candidate], surface: DesignSurface) -> list[Candida
         if model is None or candidate.score == float("inf") or any(c.works for c in done):
             done.append(candidate)
         else:
-            twist = trial_twist(model, _reference(model, surface))
-            done.append(replace(candidate, trial=twist))
+            twist, problem = trial_twist(model, _reference(model, surface))
+            done.append(replace(candidate, trial=twist, problem=problem))
     return done
 
 

@@ -8,16 +8,30 @@ loop rules.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
+from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, IntArray, unit
+from fabgeo.arrays import Array, IntArray, checked, cross, unit
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net
 from fabgeo.fitting.starts.polyline import even
 from fabgeo.surfaces.base import DesignSurface
 
+SLIT = 0.05  # area of a hole over that of a disc of its perimeter: below, it is a slit
 
-def net_of_loops(surface: DesignSurface, size: int = 25) -> tuple[Net, str]:
+
+def net_of_loops(
+    surface: DesignSurface, size: int = 25, corners: npt.ArrayLike | None = None
+) -> tuple[Net, str]:
     """A net over the surface from its boundary.
+
+    Parameters
+    ----------
+    surface : DesignSurface
+    size : int
+        Nodes along each side.
+    corners : (4, 3) array_like, optional
+        Points beside which the longest loop is divided into four sides; found if not given.
 
     Returns
     -------
@@ -35,15 +49,29 @@ def net_of_loops(surface: DesignSurface, size: int = 25) -> tuple[Net, str]:
     loops = sorted((_opened(loop) for loop in surface.loops), key=_length, reverse=True)
     if not loops:
         raise InputError(surface.name, "has no boundary to lay a net between", "give sections")
-    if len(loops) == 2 and _is_tube(surface, loops):
+    if corners is None and len(loops) == 2 and _is_tube(surface, loops):
         net = _ring(surface, loops[0], loops[1], size)
         return net, "a tube between its two boundary loops"
-    corners = corners_of(loops[0])
-    net = _patch(surface, loops[0], corners, size)
-    note = "a four-sided domain between corners of the boundary"
+    found = corners_of(loops[0]) if corners is None else _nearest(surface, loops[0], corners)
+    net = _patch(surface, loops[0], found, size)
+    places = ", ".join("({:.4g}, {:.4g}, {:.4g})".format(*loops[0][k]) for k in found)
+    note = f"a four-sided domain between corners of the boundary at {places}"
     if len(loops) > 1:
         note += f"; {len(loops) - 1} inner loops ignored"
     return net, note
+
+
+def _nearest(surface: DesignSurface, loop: Array, corners: npt.ArrayLike) -> IntArray:
+    """Indices of the loop's points nearest to four given ones, in the loop's order."""
+    given = checked("corners", corners, (4, 3))
+    found = np.unique(KDTree(loop).query(given)[1])
+    if len(found) < 4:
+        raise InputError(
+            "corners",
+            f"two of the four are nearest to the same point of the boundary of {surface.name}",
+            "name four points beside its longest boundary loop",
+        )
+    return found
 
 
 def corners_of(loop: Array, window: float = 0.02) -> IntArray:
@@ -122,8 +150,18 @@ def _relaxed(surface: DesignSurface, grid: Array, closed_t: bool, rounds: int = 
 
 
 def _is_tube(surface: DesignSurface, loops: list[Array]) -> bool:
-    """Two loops of comparable length bound a tube; a small one beside a large one is a hole."""
-    return _length(loops[1]) > 0.12 * _length(loops[0])
+    """Two loops of comparable length bound a tube; a small one beside a large one is a hole.
+
+    So is one that surrounds next to nothing, however long: a slit, as under a fin.
+    """
+    long, short = (_length(loop) for loop in loops)
+    return short > 0.12 * long and 4.0 * np.pi * _surrounded(loops[1]) > SLIT * short**2
+
+
+def _surrounded(loop: Array) -> float:
+    """Area of the loop in the projection that shows most of it."""
+    arms = loop - loop.mean(axis=0)
+    return float(np.linalg.norm(cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0)) / 2.0)
 
 
 def _opened(loop: Array) -> Array:

@@ -14,13 +14,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.domain import net_of_loops
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.ends import steep_ends
 from fabgeo.fitting.starts.net import Net
-from fabgeo.fitting.starts.overhang import overhanging
+from fabgeo.fitting.starts.overhang import overhanging, shortened
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.trace_chart import Parametrised
@@ -37,6 +38,7 @@ def iso_start(
     seed: Any = None,
     *,
     overhang: float | tuple[float, float] | None = None,
+    corners: npt.ArrayLike | None = None,
     **options: Any,
 ) -> tuple[StripModel, list[str]]:
     """Edges along iso-parameter curves, rulings made conjugate where that stays monotone.
@@ -48,8 +50,13 @@ def iso_start(
     overhang : float or (float, float), optional
         How far edges reach beyond the boundary at their two ends, in parts of their length. By
         default 0, but 0.2 at an end whose boundary runs in asymptotic directions (see `ends.py`).
+        Below 0 edges stop short of it: where a boundary goes round a corner smoothly, edge and
+        ruling have one direction there, and no strip reaches it.
+    corners : (4, 3) array_like, optional
+        Where the boundary is divided into four sides (see `domain.net_of_loops`); lines between
+        them are taken even where the surface has parameter lines of its own.
     """
-    net, note = iso_net(surface)
+    net, note = iso_net(surface, corners=corners)
     direction = direction or "v"
     if direction not in ("u", "v"):
         raise InputError("direction", f"expected 'u' or 'v' (edges along it), found {direction!r}")
@@ -60,6 +67,10 @@ def iso_start(
     else:
         pair = overhang if isinstance(overhang, Sequence) else (overhang, overhang)
         shares = float(pair[0]), float(pair[1])
+    if min(shares) < 0.0 and not net.closed_t:
+        net = shortened(net, (max(-shares[0], 0.0), max(-shares[1], 0.0)))
+        notes = [f"edges end {100 * -x:.3g} % short of the boundary" for x in shares if x < 0.0]
+        told, shares = [*told, *notes], (max(shares[0], 0.0), max(shares[1], 0.0))
     if any(shares) and not net.closed_t:
         reach = Extended(surface)
         model, notes = model_of_net(
@@ -71,11 +82,13 @@ def iso_start(
     return model, [note, *told, *notes]
 
 
-def iso_net(surface: DesignSurface, size: int = 33) -> tuple[Net, str]:
+def iso_net(
+    surface: DesignSurface, size: int = 33, corners: npt.ArrayLike | None = None
+) -> tuple[Net, str]:
     """The net of parameter lines (rows u, columns v), or one between the boundary loops."""
     chart = parametrisation(surface)
-    if chart is None:
-        return net_of_loops(surface)
+    if chart is None or corners is not None:
+        return net_of_loops(surface, corners=corners)
     (u0, u1), (v0, v1) = chart.domain
     closed_u, closed_v = chart.closed
     u = np.linspace(u0, u1, size + closed_u)[: size if closed_u else None]

@@ -30,6 +30,14 @@ def overhanging(
     return net
 
 
+def shortened(net: Net, shares: tuple[float, float]) -> Net:
+    """The net without shares of its open edges' length at t = 0 and at t = 1."""
+    rows, columns = net.points.shape[:2]
+    s = np.arange(rows) / (rows if net.closed_s else rows - 1)
+    t = np.linspace(shares[0], 1.0 - shares[1], columns)
+    return Net(net.sampled(s, t), net.closed_s, False)
+
+
 def _continued(net: Net, surface: Extended, shares: tuple[float, float]) -> Net:
     columns = net.points.shape[1] - 1
     rows = net.points.shape[0]

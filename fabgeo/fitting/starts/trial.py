@@ -20,12 +20,13 @@ OPTIONS = FitOptions(
 )
 
 
-def trial_twist(model: StripModel, reference: DesignSurface) -> float:
-    """Largest twist in degrees that a short fit leaves; infinite where it folds at once."""
+def trial_twist(model: StripModel, reference: DesignSurface) -> tuple[float, str]:
+    """Largest twist in degrees that a short fit leaves; infinite where it folds, and where."""
     try:
-        return float(fit(reference, _small(model), options=OPTIONS).statistics["twist_max_deg"])
-    except FabgeoError:
-        return float("inf")
+        found = fit(reference, _small(model), options=OPTIONS)
+    except FabgeoError as error:
+        return float("inf"), f"a small version of it can't be fitted: {error}"
+    return float(found.statistics["twist_max_deg"]), ""
 
 
 def _small(model: StripModel) -> StripModel:
