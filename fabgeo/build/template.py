@@ -36,7 +36,7 @@ count = 8                 # strips
 # segments = 8            # knot spans along a strip
 # overhang = [0.0, 0.1]   # start = "iso": edges reach beyond the boundary by parts of their length
 # corners = [[0, 0, 0], [9000, 0, 0], [9000, 6000, 0], [0, 6000, 0]]   # start = "iso", in mm: where
-#                         # the boundary is divided into four sides, if the corners found do not suit
+#                         # the boundary is divided into four sides, if those found do not suit
 # give = 30.0             # strips give way towards cheaper panels, at most so far off the surface
 # boundary = "auto"       # what is held on the boundary: edges, ends, all, none
 
