@@ -147,7 +147,7 @@ def test_long_work_is_kept_where_a_build_fails(
 
 
 def test_what_is_known_of_a_file_taken_over_ends_when_it_is_placed_anew(tmp_path: Path) -> None:
-    out = tmp_path / "out"
+    out, known = tmp_path / "out", {}
     for turn in range(2):
         with open_folder(out) as folder:
             for name in ("a.txt", "b.txt"):
