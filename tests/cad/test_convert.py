@@ -109,6 +109,27 @@ def test_glb_holds_names_colours_and_metres(tree, tmp_path):
     assert body.visual.material.baseColorFactor[2] == pytest.approx(255 * linear, abs=1.0)
 
 
+def test_glb_holds_an_assembled_product_once_and_places_it(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    solid = prism_solid(revolution())
+    up = np.eye(4)
+    up[2, 3] = 5000.0
+    two = (Node("a", solid, colour=(0.1, 0.2, 0.3)), Node("b", solid, colour=(0.9, 0.2, 0.3)))
+    product = Node("fixing", children=(two[0], Node("b 1", instance_of=two[1], location=up)))
+    places = np.repeat(np.eye(4)[None], 3, axis=0)
+    places[:, 0, 3] = [0.0, 20_000.0, 40_000.0]
+    fixings = [Node(f"K-{k}", instance_of=product, location=p) for k, p in enumerate(places)]
+    scene = trimesh.load(write_glb(tmp_path / "x.glb", Node("roof", children=tuple(fixings))))
+    assert {"roof", "K-0", "K-1", "K-2"} <= set(scene.graph.nodes)
+    assert len(scene.geometry) == 2  # one a colour
+    volumes = [body.volume for body in scene.dump()]
+    assert volumes == pytest.approx([volume(solid)[0] * 1e-9] * 6, rel=1e-2)
+    one = trimesh.load(write_glb(tmp_path / "y.glb", Node("one", solid)))
+    low, high = one.bounds
+    assert scene.bounds[1] == pytest.approx(np.add(high, [40.0, 5.0, 0.0]), abs=1e-4)  # y is up
+    assert scene.bounds[0] == pytest.approx(low, abs=1e-4)
+
+
 def test_a_tree_goes_to_other_processes_with_shared_products(tree):
     back = pickle.loads(pickle.dumps(tree))
     first, second = back.parts()
