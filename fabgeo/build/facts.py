@@ -20,7 +20,7 @@ import numpy as np
 from fabgeo.arrays import Array, cross, dot
 from fabgeo.build.cache import Cache
 from fabgeo.build.geometry import Design
-from fabgeo.build.identity import identity, shape_of
+from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
 from fabgeo.errors import PartError
 from fabgeo.panels.flat import FlatPart
@@ -129,7 +129,7 @@ def _of_flat(flat: FlatPart) -> tuple[Any, ...]:
 
 
 def _depends(batch: Sequence[_Part]) -> Any:
-    return [(_shape(part), flat and identity(flat)) for part, flat in batch]
+    return [(_shape(part), flat and shape_of(flat)) for part, flat in batch]
 
 
 def _shape(part: Plate | Cell | Beam) -> Any:

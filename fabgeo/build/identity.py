@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fabgeo.build.plain import digest
+from fabgeo.panels.flat import FlatPart
 from fabgeo.structures.parts import Cell, Plate
 
 
@@ -13,13 +14,16 @@ def identity(noun: Any) -> str:
     return _kept(noun, "_identity", noun)
 
 
-def known_by(noun: Any, *origin: Any) -> None:
-    """Let a noun be known by all that it was made from: shorter than itself."""
-    object.__setattr__(noun, "_identity", digest(origin))
+def known_by(flat: FlatPart, origin: str, material: str) -> None:
+    """Let a flat part be known by what it was made from: shorter than itself."""
+    object.__setattr__(flat, "_shape", origin)
+    object.__setattr__(flat, "_identity", digest(origin, material))
 
 
-def shape_of(part: Plate | Cell) -> str:
-    """Digest of what the solid of a part depends on; not of what it is made of."""
+def shape_of(part: Plate | Cell | FlatPart) -> str:
+    """Digest of what the solid of a part, or its outline, depends on; not of its material."""
+    if isinstance(part, FlatPart):
+        return _kept(part, "_shape", (part.outline, part.thickness))
     if isinstance(part, Cell):
         return _kept(part, "_shape", (part.mark, part.prism))
     own = (part.mark, part.mid, part.thickness, part.holes, part.bevel)
