@@ -8,7 +8,7 @@ import numpy as np
 
 from fabgeo.arrays import Array, IntArray, cross, dot, unit
 from fabgeo.review.rings import distances
-from fabgeo.review.solid_plate import SolidPlate
+from fabgeo.review.solid_plate import SolidPlate, between_samples
 
 
 def laid(plate: SolidPlate, flat: tuple[Array, Array], points: Array) -> Array:
@@ -24,7 +24,7 @@ def laid(plate: SolidPlate, flat: tuple[Array, Array], points: Array) -> Array:
     flat : two (n, 2) arrays
         Its rails in the plane, as `fabgeo.review.solid_plate.developed` samples them.
     """
-    a, b = _dense(plate, len(flat[0]))
+    a, b = (between_samples(rail) for rail in plate.four_sided)
     ruling = b - a
     normal = cross(np.gradient(a + b, axis=0), ruling)
     side = unit(cross(ruling, normal))
@@ -51,16 +51,6 @@ def openings_off(
         nearest = int(np.linalg.norm(middles - middle, axis=1).argmin())
         out.append((float(distances(rim, rims[nearest]).max()), middle))
     return out
-
-
-def _dense(plate: SolidPlate, count: int) -> tuple[Array, Array]:
-    """The rails in space, sampled as in the plane."""
-    from scipy.interpolate import CubicSpline
-
-    rails = plate.four_sided
-    sites = np.arange(len(rails[0]), dtype=float)
-    both = CubicSpline(sites, np.stack(rails, axis=1))(np.linspace(0.0, sites[-1], count))
-    return both[:, 0], both[:, 1]
 
 
 def _between(values: Array, place: IntArray, t: Array) -> Array:

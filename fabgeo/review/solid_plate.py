@@ -238,17 +238,31 @@ def developed(a: Array, b: Array) -> tuple[Array, Array]:
     """Lay the strip between two rails (n, 3) flat; returns both rails in the plane, (m, 2) each.
 
     Quad by quad as two triangles each. The chords' error falls with the square of the sampling:
-    one extrapolation over every second sample (n odd) leaves the fourth order, and a cubic through
-    the points gives the curves between them.
+    one extrapolation over every second sample (n odd) leaves the fourth order. A cubic over the
+    chords' length gives the curves between the samples: over their number it would swing where a
+    rail that is cut along a boundary comes to run along a ruling, and steps grow without bound.
     """
+    fine, coarse = _laid(a, b), _laid(a[::2], b[::2])
+    first, second = (between_samples(_refined(f, c)) for f, c in zip(fine, coarse, strict=True))
+    return first, second
+
+
+def _refined(fine: Array, coarse: Array) -> Array:
+    """The fine points (n, 2) with a third of what they gained on the coarse ones once more."""
+    gain, made = (fine[::2] - coarse) / 3.0, fine.copy()
+    made[::2] += gain
+    made[1::2] += 0.5 * (gain[:-1] + gain[1:])
+    return made
+
+
+def between_samples(points: Array, count: int = 4) -> Array:
+    """Points (count (n - 1) + 1, d) of the curve through n points (n, d), these among them."""
     from scipy.interpolate import CubicSpline
 
-    fine, coarse = _laid(a, b), _laid(a[::2], b[::2])
-    sites = np.arange(0.0, len(a), 2.0)
-    dense = np.linspace(0.0, sites[-1], 8 * (len(sites) - 1) + 1)
-    flat = [f[::2] + (f[::2] - c) / 3.0 for f, c in zip(fine, coarse, strict=True)]
-    made = np.asarray(CubicSpline(sites, np.stack(flat, axis=1))(dense))
-    return made[:, 0], made[:, 1]
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    arc = np.append(0.0, np.cumsum(np.maximum(steps, 1e-9 * steps.sum() + 1e-12)))
+    sites = np.linspace(0.0, len(points) - 1.0, count * (len(points) - 1) + 1)
+    return np.asarray(CubicSpline(arc, points)(np.interp(sites, np.arange(len(points)), arc)))
 
 
 def _laid(a: Array, b: Array) -> tuple[Array, Array]:

@@ -206,6 +206,18 @@ def test_every_hole_of_a_beam_s_plates_stands_in_the_drawings(tmp_path: Path) ->
     assert other.read_bytes() == path.read_bytes()
 
 
+def test_a_rail_whose_steps_grow_without_bound_is_laid_flat() -> None:
+    """A plane strip: a parabola sampled by the root of its parameter, as cut rails are."""
+    s = np.linspace(0.0, 1.0, 65)
+    x = 4000.0 * (1.0 - np.sqrt(1.0 - s))
+    first = np.stack([x, x**2 / 200_000.0, 0.0 * x], axis=1)
+    second = np.stack([100.0 * s, 900.0 + 3.0 * s, 0.0 * s], axis=1)
+    flat, other = developed(first, second)
+    assert np.abs(flat[:, 1] - flat[:, 0] ** 2 / 200_000.0).max() < 0.01
+    assert flat[[0, -1]] == pytest.approx(first[[0, -1], :2], abs=1e-6)
+    assert other[:, 1] == pytest.approx(900.0 + 0.03 * other[:, 0], abs=1e-6)
+
+
 def test_a_cone_develops_into_a_sector() -> None:
     """Radius r and slant s: a sector of radius s and angle 2 pi r / s times the turn."""
     radius, height, turn = 4000.0, 3000.0, 1.1
