@@ -18,14 +18,10 @@ ON_BOUNDARY = 0.25  # mean distance, in mean ruling lengths, up to which a borde
 
 @dataclass(frozen=True)
 class Held:
-    """Edges (index to side) and ends (0 or 1 to side) that the boundary holds.
-
-    `beyond` are ends that overhang a side of the boundary and are to stay beyond it.
-    """
+    """Edges (index to side) and ends (0 or 1 to side) that the boundary holds."""
 
     edges: dict[int, Side] = field(default_factory=dict)
     ends: dict[int, Side] = field(default_factory=dict)
-    beyond: dict[int, Side] = field(default_factory=dict)
 
     def everything(self, net: Net) -> bool:
         """Whether the whole border is held, so that the model cannot leave its domain."""
@@ -66,17 +62,7 @@ def choose(
         for end in () if net.closed_u else (0, 1):
             polygon = Sites.at_end(net, bool(end)).evaluate(control).reshape(-1, 3)
             _hold(held.ends, end, polygon, sides, choice == "auto")
-            if end not in held.ends and _overhangs(polygon, reference):
-                _hold(held.beyond, end, polygon, sides, False)
     return held
-
-
-def _overhangs(points: Array, reference: Reference) -> bool:
-    """Whether most of these points lie beyond the boundary of a surface that is continued there."""
-    beyond = getattr(reference.surface, "beyond", None)
-    if beyond is None:
-        return False
-    return float(np.median(beyond(points * reference.length))) > 0.1 * reference.length
 
 
 def _hold(held: dict[int, Side], key: int, points: Array, sides: list[Side], if_near: bool) -> None:

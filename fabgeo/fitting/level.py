@@ -129,11 +129,7 @@ class Level:
             share = 0.5 * weights.proximity / self.net.segments
             terms += [(EdgeProximity(sites), share), (MiddleProximity(sites), share)]
         terms += [(term, weights.boundary) for term in self._boundary(normals, state)]
-        for end, side in self.held.beyond.items():
-            sites, k = self.ends[end], 0 if end == 0 else -1
-            near = normals[:, [k]][:, :, [k]]
-            cover = Cover(sites, side, sites.evaluate(start), near, COVER_MARGIN)
-            terms.append((cover, weights.cover))
+        terms += [(term, weights.cover) for term in self._cover(start)]
         if self.options.points is not None and len(self.options.points):
             points = np.asarray(self.options.points) / self.reference.length
             edges, u = closest_sites(self.net, control, points)
@@ -146,6 +142,26 @@ class Level:
             if term.sites is self.coarse and term.name in self.importance:
                 term.importance = self.importance[term.name]
         return [term for term, _ in terms]
+
+    def _cover(self, start: Array) -> list[Objective]:
+        """One term for each part of the start's border that overhangs the boundary."""
+        if not self.options.weights.cover:
+            return []
+        every = np.arange(self.net.edges)
+        parts = [(k, s, every) for k, s in enumerate(self.ends) if k not in self.held.ends]
+        if not self.net.closed_i:
+            outer = (0, self.net.edges - 1)
+            parts += [(k, self.coarse, every[[k]]) for k in outer if k not in self.held.edges]
+        terms: list[Objective] = []
+        for _, sites, edges in parts:
+            points = sites.evaluate(start)[edges]
+            out = self.reference.outwards(points)
+            beyond = np.linalg.norm(out, axis=-1, keepdims=True)
+            out = np.where(beyond > COVER_MARGIN, out / np.maximum(beyond, COVER_MARGIN), 0.0)
+            if out.any():
+                room = np.maximum(beyond[..., 0] - COVER_MARGIN, 0.0)
+                terms.append(Cover(sites, edges, points, out, room))
+        return terms
 
     def _boundary(self, normals: Array, state: State) -> list[Objective]:
         share = self.options.weights.boundary_normal_share

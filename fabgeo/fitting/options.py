@@ -25,7 +25,7 @@ class Weights:
     boundary : float
         Distance of held edges and ends to the boundary.
     cover : float
-        Distance by which ends that overhang the boundary fall short of a margin beyond it.
+        How far a border that overhangs the boundary draws in towards it, beyond a margin.
     points : float
         Distance of edges to given points.
     fair_edges, fair_rulings : float
@@ -45,7 +45,7 @@ class Weights:
 
     proximity: float = 1.0
     boundary: float = 10.0
-    cover: float = 0.0
+    cover: float = 0.02
     points: float = 10.0
     towards: float = 1.0
     fair_edges: float = 1e-4

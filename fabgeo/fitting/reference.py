@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, IntArray, dot, unit
 from fabgeo.surfaces.base import DesignSurface
-from fabgeo.surfaces.trace_extension import ExtendedPoints
+from fabgeo.surfaces.trace_extension import Extended, ExtendedPoints
 
 CORNER = np.cos(np.radians(30.0))  # a boundary that turns more than this has a corner
 
@@ -51,6 +51,16 @@ class Reference:
     def tracker(self) -> Tracker:
         """Closest points that are carried along while points move little."""
         return Tracker(self.surface, self.length)
+
+    def outwards(self, points: Array) -> Array:
+        """From the boundary to (..., 3) points that lie beyond it, along the surface; else 0."""
+        if not isinstance(self.surface, Extended):
+            return np.zeros_like(points)
+        x = points.reshape(-1, 3)
+        at = self.surface.inner.closest(x * self.length)
+        away = x - at.point / self.length
+        away = away - dot(away, at.normal)[:, None] * at.normal
+        return np.where(at.on_boundary[:, None], away, 0.0).reshape(points.shape)
 
     def sides(self) -> list[Side]:
         """Smooth boundary pieces, in the fit's unit."""

@@ -80,8 +80,8 @@ class Strips(Table):
     seed: Point | None = None
     model: str | None = None
     boundary: Literal["auto", "edges", "ends", "all", "none"] = "auto"
-    anchor: NonNegative = 1e-2
-    cover: NonNegative = 0.0
+    anchor: NonNegative = 1e-3
+    cover: NonNegative = 0.02
     overhang: tuple[Overhang, Overhang] | None = None
     corners: tuple[Point, Point, Point, Point] | None = None
     give: Positive | None = None

@@ -34,12 +34,12 @@ class Extended:
     ----------
     surface : DesignSurface
     reach : float, optional
-        How far the paraboloid is followed, a twentieth of the size by default.
+        How far the paraboloid is followed, a fifth of the size by default.
     """
 
     def __init__(self, surface: DesignSurface, reach: float | None = None) -> None:
         self.inner = surface
-        self.reach = 0.05 * size_of(surface) if reach is None else reach
+        self.reach = 0.2 * size_of(surface) if reach is None else reach
 
     @property
     def name(self) -> str:

@@ -50,11 +50,10 @@ def built(term, net):
         side = Side(np.array([[-100.0, 0.3, 0.0], [0.0, 0.3, 0.0], [100.0, 0.3, 0.0]]))
         return Boundary(sites, np.array([0]), side, normals[:1], 0.3)
     if term is Cover:
-        line = np.array([[3.2, -100.0, 0.1], [3.2, 0.0, 0.1], [3.2, 100.0, 0.1]])
         sites = Sites.gauss(net, 1)
         start = np.full((net.edges, *sites.u.shape, 3), [9.0, 1.0, 0.0])
-        up = np.broadcast_to([0.0, 0.0, 1.0], start.shape)
-        return Cover(sites, Side(line), start, up, 0.2)
+        room = np.full(start.shape[:-1], 5.8)
+        return Cover(sites, np.arange(net.edges), start, normals[..., :1, :], room)
     if term is MountingPoints:
         points = RNG.standard_normal((5, 3)) + np.array([2.0, 1.5, 0.0])
         return MountingPoints(net, np.array([0, 1, 1, 2, 3]), np.linspace(0.1, 3.9, 5), points)

@@ -1,49 +1,47 @@
-"""Ends that overhang the boundary stay beyond it, so that the model covers its surface."""
+"""A border that overhangs the boundary stays beyond it, so that the model covers its surface."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, dot, unit
+from fabgeo.arrays import Array, IntArray, dot
 from fabgeo.fitting.objectives.base import Gradients, Objective, State
-from fabgeo.fitting.reference import Side
 from fabgeo.fitting.samples import Sites
 
 
 class Cover(Objective):
-    """How far an end lies short of the boundary and a margin; nothing where it lies beyond.
+    """How far the border has drawn in, beyond the room that it has; nothing where it has not.
 
-    Narrow strips fit better, so nothing else in the functional keeps a free end from drawing in.
+    Narrow strips fit better, so nothing else in the functional keeps a free border from drawing in.
 
     Parameters
     ----------
     sites : Sites
-        One end of the net.
-    side : Side
-        The smooth piece of the boundary that the end overhangs.
-    start, normals : (edges, elements, q, 3) arrays
-        Points of the start, which lie beyond, and the surface's normals there.
-    margin : float
-        In the fit's unit.
+        Of an end, or of edges.
+    edges : (n,) int array
+        Which edge curves are kept beyond at these sites.
+    start, outwards : (n, elements, q, 3) arrays
+        Points of the start, and unit vectors from the boundary to them; 0 where a point does not
+        lie beyond.
+    room : (n, elements, q) array
+        How far each point may draw in: it keeps a margin to the boundary.
     """
 
     name = "cover"
     width = 1
 
     def __init__(
-        self, sites: Sites, side: Side, start: Array, normals: Array, margin: float
+        self, sites: Sites, edges: IntArray, start: Array, outwards: Array, room: Array
     ) -> None:
         super().__init__(sites)
-        self._side, self._normals, self._margin = side, normals, margin
-        foot, tangent = side.closest(start)
-        self._outwards = np.sign(dot(start - foot, cross(normals, tangent)))[..., None]
+        self.window = edges[:, None]
+        self._edges, self._start = edges, start
+        self._outwards, self._room = outwards, room
 
     def evaluate(self, state: State, slopes: bool) -> tuple[Array, Gradients]:
         """Distances short of the margin (negative) and their gradients."""
-        points = state.at(self.sites)
-        foot, tangent = self._side.closest(points)
-        out = self._outwards * unit(cross(self._normals, tangent))
-        short = dot(points - foot, out) - self._margin
+        away = state.at(self.sites)[self._edges] - self._start
+        short = dot(away, self._outwards) + self._room
         values = np.minimum(short, 0.0)[..., None]
-        gradient = np.where(values < 0.0, out, 0.0)
+        gradient = np.where(values < 0.0, self._outwards, 0.0)
         return values, {0: gradient[..., None, None, :]} if slopes else {}

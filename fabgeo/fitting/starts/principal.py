@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
@@ -25,6 +26,7 @@ from fabgeo.surfaces.trace_extension import Extended
 
 LINES = 19  # of each family, before resampling
 STEPS = 24  # of a traced line, each way
+ROUNDS = 3  # of lines laid further out, until they cover the surface
 
 
 def principal_start(
@@ -78,28 +80,64 @@ def principal_net(
     reach = 0.65 * size_of(surface)
     step = reach / STEPS
     larger, smaller = axes[:, 0], axes[:, 1]
-    spine = _spine(extended, at.point, smaller, step)
-    rib = _spine(extended, at.point, larger, step)
-    rows = _family(extended, *even_with_tangents(spine, LINES), larger, step)
-    columns = _family(extended, *even_with_tangents(rib, LINES), smaller, step)
-    nodes = crossings(rows, columns)
-    points = _largest_block(nodes)
-    points = _cropped(points, extended, overhang)
-    return Net(points), at
+    spine = _Spine(extended, at.point, smaller, step)
+    rib = _Spine(extended, at.point, larger, step)
+    ahead = np.full((2, 2), 0.75 * step)  # how far spine and rib go on beyond the boundary
+    best, least = None, np.inf
+    for _ in range(ROUNDS):
+        rows = _family(extended, *even_with_tangents(spine.cut(*ahead[0]), LINES), larger, step)
+        columns = _family(extended, *even_with_tangents(rib.cut(*ahead[1]), LINES), smaller, step)
+        try:
+            points = _largest_block(crossings(rows, columns))
+        except GeometryError:
+            if best is None:
+                raise
+            break  # further out the lines are no net
+        missing = _uncovered(points, extended)
+        if missing.sum() < least:
+            best, least = points, missing.sum()
+        if best is not points or not least:
+            break
+        ahead += np.where(missing > 0.0, missing + step, 0.0)
+    assert best is not None  # the first round found one, or raised
+    return Net(_cropped(best, extended, overhang)), at
 
 
-def _spine(surface: Extended, point: Array, along: Array, step: float) -> Array:
-    """The line through the seed, cut a little beyond the boundary: (k, 3)."""
-    lines, middle = both_ways(
-        lambda x, d: trace_principal(surface, x, d, step, STEPS), point, along
-    )
-    line = lines[0]
-    out = surface.beyond(line) > 0.75 * step
-    first = np.flatnonzero(out[:middle])
-    last = np.flatnonzero(out[middle:])
-    start = first[-1] if len(first) else 0
-    stop = middle + last[0] + 1 if len(last) else len(line)
-    return line[start:stop]
+class _Spine:
+    """The principal line through the seed, both ways and beyond the boundary."""
+
+    def __init__(self, surface: Extended, point: Array, along: Array, step: float) -> None:
+        lines, self.middle = both_ways(
+            lambda x, d: trace_principal(surface, x, d, step, STEPS), point, along
+        )
+        self.line = lines[0]
+        self.beyond = surface.beyond(self.line)
+
+    def cut(self, before: float, after: float) -> Array:
+        """The line (k, 3) up to distances beyond the boundary at its begin and its end."""
+        first = np.flatnonzero(self.beyond[: self.middle] > before)
+        last = np.flatnonzero(self.beyond[self.middle :] > after)
+        start = first[-1] if len(first) else 0
+        stop = self.middle + last[0] + 1 if len(last) else len(self.line)
+        return self.line[start:stop]
+
+
+def _uncovered(points: Array, surface: Extended) -> Array:
+    """How far the boundary lies beyond the outer lines of a net: (rows, columns) x (first, last).
+
+    0 where the outer line lies wholly beyond the boundary: the net covers the surface there.
+    """
+    border = np.concatenate(surface.loops)
+    missing = np.zeros((2, 2))
+    for axis in (0, 1):
+        lines = np.moveaxis(points, axis, 0)
+        for side, (outer, inner) in enumerate(((lines[0], lines[1]), (lines[-1], lines[-2]))):
+            if surface.beyond(outer).min() > 0.0:
+                continue
+            near = KDTree(outer).query(border)[1]
+            out = dot(border - outer[near], unit(outer - inner)[near])
+            missing[axis, side] = max(float(out.max()), 0.0)
+    return missing
 
 
 def _family(surface: Extended, points: Array, tangents: Array, along: Array, step: float) -> Array:
