@@ -2,75 +2,72 @@
 
 Glossary
 --------
-pool
-    Sheets found so far. A layout is a choice of them that holds every piece at least once; a piece
-    that is held twice is left out of one.
-price
-    What one more piece of a kind would cost in the cheapest mix of the pool's sheets: the dual of
-    the linear programme (Gilmore and Gomory 1961). A sheet whose pieces are priced higher than the
-    sheet itself makes the mix cheaper: such sheets are looked for.
+mix, pool, price
+    See `fabgeo.sheets.mix` and `fabgeo.sheets.sheetpool`.
 dive
     Sheets with the largest shares in the mix are fixed, a few at a time, and sheets are looked for
     anew for what is left, until nothing is left.
+filling
+    Sheet after sheet, each the best of some tries on every stock; large pieces are worth more than
+    their area, so that small ones are left for the last sheets.
+mending
+    Some sheets of the best layout are given up and their pieces laid out anew, all else as it is.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fabgeo.arrays import Array
-from fabgeo.sheets.drop import drop_sheet, placements, profiles
-from fabgeo.sheets.mix import Index, Mix, cheapest_choice, cheapest_mix
+from fabgeo.sheets.mix import Mix
 from fabgeo.sheets.pieces import Piece
+from fabgeo.sheets.priced import Priced
+from fabgeo.sheets.sheetpool import Found, SheetPool
 from fabgeo.sheets.shelf import Layout
-from fabgeo.sheets.stock import Placement, remaining
+from fabgeo.sheets.stock import Placement, Stock
 
 if TYPE_CHECKING:
     from fabgeo.sheets.nest import Rules
 
-KEEN = (1.0, 1.5, 2.0, 3.0)  # exponents of the worth against the room taken
-A_ROUND = 48  # sheets looked for between two programmes
-REDROPPED = 0.5  # share of them that begin with pieces of a sheet of the mix
 DIVING = 2  # rounds before sheets are fixed
-MIXING, CHOOSING = 0.3, 0.1  # shares of the time for the mix and for the last choice
-MIXING_SIZES = 0.6  # for the mix of several stock sizes: more sheets are worth having there
+AT_LEAST = 2  # sheets that a dive fixes at a time
 STALLED, LEAST_GAIN = 12, 1e-3  # rounds that have to make the mix cheaper by this share
 STEP_ROUNDS = 20  # rounds of the mix a step
-MOST = 4000  # sheets in the pool
-AT_LEAST = 2  # sheets that a dive fixes at a time
-BATCH, GIVEN_UP = 240, 2  # pieces of a batch, and sheets of it that the next one takes over
 FEW = 60  # kinds of pieces whose last choice is made where steps are given
+LARGE = (1.0, 1.15, 1.3)  # exponents of the area: how much large pieces come first
+FILLING = (1, 10, 40)  # tries a sheet
+STEP_TRIES = 10  # of them a step
+GIVEN_UP = 30  # pieces whose sheets are given up at a time
+MENDING = 20  # tries a sheet for them
+VAIN = 60  # mendings in a row that may gain nothing; of fillings a quarter as many
+CHOOSING = 2.0  # seconds at most of one choice
 
+# Shares of the time after which the filling, the dives and the mending end; of the dives' time
+# the share of the mix before them.
+ENDS, MIXING = (0.5, 0.62, 0.94), 0.6
 
-@dataclass(frozen=True)
-class _Found:
-    """A sheet of the pool: its stock's number, how many of each kind, and where they lie."""
-
-    stock: int
-    counts: Array
-    placed: tuple[Placement, ...]
-    rows: tuple[int, ...] = ()  # of its profiles, as they were dropped
+type Sound = Callable[[Stock, list[Placement]], bool]
 
 
 class Cover:
-    """The pool of one group of pieces and what is made of it.
+    """Layouts of one group of pieces, by what has been found so far.
 
     Parameters
     ----------
     pieces : sequence of Piece
         As often as they are asked for; each fits some stock.
     end : float
-        `time.monotonic()` to stop at; without effect of it where `steps` are given.
+        `time.monotonic()` to stop at; without effect where `steps` are given.
     steps : int, optional
         Dives, after so many times `STEP_ROUNDS` rounds of the mix: reproducible.
-    others : callable, optional
-        Layouts found elsewhere since it was last asked: their sheets join the pool.
+    sound : callable, optional
+        The exact check of a sheet. Where it is given (and no steps are), the other engine looks
+        for sheets beside, in a thread of its own.
     """
 
     def __init__(
@@ -80,166 +77,138 @@ class Cover:
         end: float,
         seed: int = 0,
         steps: int | None = None,
-        others: Callable[[], list[Layout]] | None = None,
+        sound: Sound | None = None,
     ) -> None:
-        self.kinds = list({piece.mark: piece for piece in pieces}.values())
-        self._number = {piece.mark: k for k, piece in enumerate(self.kinds)}
-        self.demand = np.zeros(len(self.kinds))
-        for piece in pieces:
-            self.demand[self._number[piece.mark]] += 1
         self.rules, self.end, self.steps = rules, end, steps
-        self._others = others or (lambda: [])
-        self._random = np.random.default_rng(seed)
-        self._made = [profiles(self.kinds, s, rules.spacing, rules.margin) for s in rules.stocks]
-        self._costs = np.array([stock.price for stock in rules.stocks])
-        few = [np.inf if s.quantity is None else s.quantity for s in rules.stocks]
-        self._stocked = np.array(few, dtype=np.float64)
-        self._pool: list[_Found] = []
-        self._best = np.inf
-        self._known: set[tuple[int, bytes]] = set()
+        self.pool = SheetPool(pieces, rules, seed)
+        self._sound, self._seed = sound, seed
+        self._best: list[Found] = []
+        self._least = np.inf
 
     def layouts(self) -> Iterator[Layout]:
         """Ever cheaper layouts (not each is cheaper than the one before)."""
-        area = np.array([piece.area for piece in self.kinds])
-        for keen in KEEN:
-            yield self._greedy(area, keen)
+        start, area = time.monotonic(), np.array([piece.area for piece in self.pool.kinds])
+        filled, dived, mended = (start + s * (self.end - start) for s in ENDS)
+        for large, tries in self._ways(filled):
+            pool = self.pool
+            yield self._known(self._filled(area**large, pool.demand, pool.stocked, tries, filled))
             if self._late(0.1):
                 return
-        start = time.monotonic()
-        share = MIXING if len(self.rules.stocks) == 1 else MIXING_SIZES
-        self._mix_until(start + share * (self.end - start))
-        last = self.end - CHOOSING * (self.end - start)
-        dives = 0
-        while dives < self.steps if self.steps is not None else time.monotonic() < last:
-            before = len(self._pool)
-            yield self._dive(last)
-            dives += 1
-            if len(self._pool) == before and dives > 1:
-                break  # nothing new is found: the choice is left
-        for layout in self._others():
-            self._join(layout)
-        if not self._late(0.5) and (self.steps is None or len(self.kinds) <= FEW):
-            yield self._choice()
+        yield from self._mixed(dived)
+        vain = 0
+        while self.steps is None and self._best and vain < VAIN and time.monotonic() < mended:
+            vain += 1
+            if self._mended(area, mended):
+                vain = 0
+                yield self._known(self._best)
+        if not self._late(0.5) and (self.steps is None or len(self.pool.kinds) <= FEW):
+            seconds = None if self.steps is not None else max(0.1, self.end - time.monotonic())
+            demand, stocked = self.pool.demand, self.pool.stocked
+            yield self._known(self.pool.choice(demand, stocked, self._least, seconds))
+
+    def add(self, layout: Layout) -> None:
+        """Take the sheets of a layout found elsewhere."""
+        names = {stock.name: k for k, stock in enumerate(self.rules.stocks)}
+        for stock, placed in layout:
+            self.pool.join(names[stock.name], placed)
+
+    def _mixed(self, end: float) -> Iterator[Layout]:
+        """Layouts that dives take from the cheapest mix, the other engine beside."""
+        pool = self.pool
+        with ExitStack() as stack:
+            if self._sound is not None and self.steps is None:
+                pool.beside = stack.enter_context(
+                    Priced(pool.kinds, self.rules, self._sound, end, self._seed)
+                )
+            now = time.monotonic()
+            self._mix_until(now + MIXING * (end - now))
+            dives = 0
+            while dives < self.steps if self.steps is not None else time.monotonic() < end:
+                before = len(pool)
+                yield self._known(self._dive(end))
+                dives += 1
+                if len(pool) == before and dives > 1:
+                    break  # nothing new is found: the choice is left
+        pool.beside = None
+
+    def _ways(self, end: float) -> Iterator[tuple[float, int]]:
+        """Exponents of the area and tries a sheet, again and again as long as there is time."""
+        for tries in FILLING:
+            for large in LARGE:
+                yield large, tries
+            if self.steps is None and time.monotonic() > end:
+                return
+            if self.steps is not None and tries >= self.steps * STEP_TRIES:
+                return
+        least, vain = self._least, 0
+        while self.steps is None and vain < VAIN // 4 and time.monotonic() < end:
+            yield float(self.pool.random.choice(LARGE)), FILLING[-1]
+            vain = 0 if self._least < least else vain + 1
+            least = self._least
 
     def _late(self, seconds: float) -> bool:
         return self.steps is None and time.monotonic() + seconds > self.end
 
-    def _greedy(self, worth: Array, keen: float) -> Layout:
+    def _known(self, chosen: Sequence[Found]) -> Layout:
+        """The layout of sheets, remembered if it holds all for less than any before."""
+        layout = self.pool.layout(chosen)
+        held = sum(len(placed) for _, placed in layout)
+        cost = sum(stock.price for stock, _ in layout)
+        if held == self.pool.demand.sum() and cost < self._least:
+            self._best, self._least = list(chosen), cost
+        return layout
+
+    def _filled(
+        self, worth: Array, demand: Array, stocked: Array, tries: int, end: float
+    ) -> list[Found]:
         """Sheet after sheet, each of the stock that is filled best for its price."""
-        left, stocked = self.demand.copy(), self._stocked.copy()
-        chosen: list[_Found] = []
+        pool = self.pool
+        left, stocked = demand.copy(), stocked.copy()
+        chosen: list[Found] = []
         while left.any():
+            if self._over(end):
+                tries = 1
             tried = [
-                self._drop(k, worth, left, keen)
-                for k in range(len(self._made))
+                pool.climb(k, worth, left, tries)
+                for k in range(len(stocked))
                 if stocked[k] > 0 and not (self._late(0.0) and chosen and k != chosen[-1].stock)
             ]
             tried = [found for found in tried if found.placed]
             if not tried:
                 break
-            best = max(tried, key=lambda found: found.counts @ worth / self._costs[found.stock])
+            best = max(tried, key=lambda found: found.counts @ worth / pool.costs[found.stock])
             for found in tried:
-                self._keep(found)
+                pool.keep(found)
             chosen.append(best)
             left = np.maximum(left - best.counts, 0.0)
             stocked[best.stock] -= 1
-        return self._layout(chosen)
-
-    def _drop(
-        self, stock: int, worth: Array, left: Array, keen: float, begin: Sequence[int] = ()
-    ) -> _Found:
-        made, rules = self._made[stock], self.rules
-        sheet = drop_sheet(made, worth, left, self._random, keen, begin)
-        rows = np.array([row for row, _, _ in sheet], dtype=np.intp)
-        counts = np.bincount(made.piece[rows], minlength=len(self.kinds)).astype(np.float64)
-        placed = placements(made, sheet, self.kinds, rules.spacing, rules.margin)
-        return _Found(stock, counts, tuple(placed), tuple(rows.tolist()))
-
-    def _keep(self, found: _Found) -> bool:
-        key = (found.stock, found.counts.astype(np.int32).tobytes())
-        if not found.placed or key in self._known:
-            return False
-        self._known.add(key)
-        self._pool.append(found)
-        return True
-
-    def _join(self, layout: Layout) -> None:
-        names = {stock.name: k for k, stock in enumerate(self.rules.stocks)}
-        for stock, placed in layout:
-            counts = np.zeros(len(self.kinds))
-            for placement in placed:
-                counts[self._number[placement.mark]] += 1
-            self._keep(_Found(names[stock.name], counts, tuple(placed)))
+        return chosen
 
     def _mix_until(self, end: float) -> None:
         """Look for sheets that make the mix cheaper until that stalls."""
-        costs: list[float] = []
+        pool, costs = self.pool, list[float]()
         while len(costs) < (self.steps or 0) * STEP_ROUNDS or (
             self.steps is None and time.monotonic() < end
         ):
-            mix = self._mix(self.demand, self._stocked)
+            mix = pool.mix(pool.demand, pool.stocked)
             costs.append(mix.cost)
             if len(costs) > STALLED and mix.cost > (1.0 - LEAST_GAIN) * costs[-1 - STALLED]:
                 return
-            self._look(mix, self.demand, self._stocked)
+            pool.look(mix, pool.demand, pool.stocked)
 
-    def _look(self, mix: Mix, demand: Array, stocked: Array) -> int:
-        """Sheets priced higher than they cost; their number.
-
-        Half of them are made anew, half from sheets of the mix: some pieces taken out, the others
-        dropped in another order, the rest filled up.
-        """
-        found = 0
-        stocks = [k for k in range(len(self._made)) if stocked[k] > 0]
-        mixed = [k for k in np.flatnonzero(mix.shares > 1e-6) if self._pool[k].rows]
-        for turn in range(A_ROUND):
-            stock, begin = stocks[turn % len(stocks)], []
-            if mixed and self._random.random() < REDROPPED:
-                old = self._pool[mixed[int(self._random.integers(len(mixed)))]]
-                stock = old.stock if stocked[old.stock] > 0 else stock
-                if stock == old.stock:
-                    order = self._random.permutation(len(old.rows))
-                    out = 1 + int(self._random.integers(max(1, len(order) // 2)))
-                    begin = [old.rows[int(k)] for k in order[out:]]
-            keen = float(self._random.choice(KEEN))
-            sheet = self._drop(stock, mix.prices, demand, keen, begin)
-            cost = self._costs[stock] + mix.dues[stock]
-            if sheet.counts @ mix.prices > cost * (1.0 + 1e-6):
-                found += self._keep(sheet)
-        return found
-
-    def _mix(self, demand: Array, stocked: Array) -> Mix:
-        self._thin()
-        return cheapest_mix(self._counts(), self._own(), self._costs, demand, stocked)
-
-    def _counts(self) -> Array:
-        return np.array([found.counts for found in self._pool])
-
-    def _own(self) -> Index:
-        return np.array([found.stock for found in self._pool], dtype=np.intp)
-
-    def _thin(self) -> None:
-        """Keep the pool small: the sheets that are nearest to being used."""
-        if len(self._pool) <= MOST:
-            return
-        counts, own = self._counts(), self._own()
-        mix = cheapest_mix(counts, own, self._costs, self.demand, self._stocked)
-        excess = self._costs[own] + mix.dues[own] - counts @ mix.prices
-        kept = np.sort(np.argsort(excess, kind="stable")[: MOST // 2])
-        self._pool = [self._pool[k] for k in kept]
-
-    def _dive(self, last: float) -> Layout:
+    def _dive(self, last: float) -> list[Found]:
         """Fix sheets of the mix, a few at a time; look for sheets for what is left."""
-        demand, stocked = self.demand.copy(), self._stocked.copy()
-        chosen: list[_Found] = []
+        pool = self.pool
+        demand, stocked = pool.demand.copy(), pool.stocked.copy()
+        chosen: list[Found] = []
         step = 0.0
         while demand.any():
             start = time.monotonic()
-            mix = self._mix(demand, stocked)
+            mix = pool.mix(demand, stocked)
             for _ in range(DIVING):
-                if self._over(last) or not self._look(mix, demand, stocked):
+                if self._over(last) or not pool.look(mix, demand, stocked):
                     break
-                mix = self._mix(demand, stocked)
+                mix = pool.mix(demand, stocked)
             step = max(0.5 * step, time.monotonic() - start)
             many = AT_LEAST
             if self.steps is None:
@@ -252,22 +221,24 @@ class Cover:
                 chosen.append(found)
                 demand = np.maximum(demand - found.counts, 0.0)
                 stocked[found.stock] -= 1
-        return self._layout(chosen)
+        return chosen
 
     def _over(self, last: float) -> bool:
         return self.steps is None and time.monotonic() > last
 
-    def _fixed(self, mix: Mix, demand: Array, stocked: Array, many: int) -> list[_Found]:
+    def _fixed(self, mix: Mix, demand: Array, stocked: Array, many: int) -> list[Found]:
         """Sheets of the largest shares that hold nothing twice; the first in any case."""
-        held = np.array([float(np.minimum(f.counts, demand).sum()) for f in self._pool])
-        order = np.argsort(-(mix.shares + 1e-6 * held), kind="stable")
+        sheets = self.pool.sheets
+        shares = np.append(mix.shares, np.zeros(len(sheets) - len(mix.shares)))
+        held = np.array([float(np.minimum(f.counts, demand).sum()) for f in sheets])
+        order = np.argsort(-(shares + 1e-6 * held), kind="stable")
         demand, stocked = demand.copy(), stocked.copy()
-        out: list[_Found] = []
+        out: list[Found] = []
         for k in order:
-            found = self._pool[k]
-            if mix.shares[k] <= 1e-9 or len(out) >= many:
+            found = sheets[k]
+            if shares[k] <= 1e-9 or len(out) >= many:
                 break
-            copies = max(1, int(mix.shares[k] + 1e-6))
+            copies = max(1, int(shares[k] + 1e-6))
             while copies and stocked[found.stock] > 0 and len(out) < max(many, copies):
                 if out and np.any(found.counts > demand):
                     break
@@ -277,70 +248,27 @@ class Cover:
                 copies -= 1
         return out
 
-    def _choice(self) -> Layout:
-        """The cheapest whole sheets of the pool that hold all.
-
-        A sheet whose excess over its pieces' prices is more than the best layout costs over the
-        mix is in no better one.
-        """
-        mix, counts, own = self._mix(self.demand, self._stocked), self._counts(), self._own()
-        excess = self._costs[own] + mix.dues[own] - counts @ mix.prices
-        (near,) = np.nonzero(excess <= self._best - mix.cost + 1e-9 * mix.cost)
-        if not len(near):
-            return []
-        seconds = None if self.steps is not None else max(0.1, self.end - time.monotonic())
-        times = cheapest_choice(
-            counts[near], own[near], self._costs, self.demand, self._stocked, seconds
+    def _mended(self, area: Array, last: float) -> bool:
+        """Lay the pieces of some sheets out anew; whether the best layout is cheaper for it."""
+        pool, sheets = self.pool, self._best
+        held, left = [], pool.demand.copy()
+        for found in sheets:  # what each holds of what the ones before do not
+            held.append(np.minimum(found.counts, left))
+            left = left - held[-1]
+        order = pool.random.permutation(len(sheets))
+        pieces = np.cumsum([held[k].sum() for k in order])
+        given = order[: max(2, int(np.searchsorted(pieces, GIVEN_UP)))]
+        demand = np.sum([held[k] for k in given], axis=0)
+        stocked = pool.stocked - np.bincount(
+            [f.stock for k, f in enumerate(sheets) if k not in given], minlength=len(pool.costs)
         )
-        return self._layout(
-            [self._pool[k] for k, n in zip(near, times, strict=True) for _ in range(n)]
-        )
-
-    def _layout(self, chosen: Sequence[_Found]) -> Layout:
-        """Sheets with every piece as often as it is asked for."""
-        left = self.demand.copy()
-        layout: Layout = []
-        for found in sorted(chosen, key=lambda found: -float(found.counts.sum())):
-            kept = []
-            for placement in found.placed:
-                kind = self._number[placement.mark]
-                if left[kind] > 0:
-                    left[kind] -= 1
-                    kept.append(placement)
-            if kept:
-                layout.append((self.rules.stocks[found.stock], kept))
-        if not left.any():
-            self._best = min(self._best, sum(stock.price for stock, _ in layout))
-        return layout
-
-
-def batched(
-    pieces: Sequence[Piece], rules: Rules, end: float, seed: int, steps: int | None
-) -> Layout:
-    """Many pieces, some at a time: a batch's worst sheets are given up to the next."""
-    random = np.random.default_rng(seed)
-    waiting = [pieces[int(k)] for k in random.permutation(len(pieces))]
-    areas = {piece.mark: piece.area for piece in pieces}
-    layout: Layout = []
-    while waiting:
-        now, some = time.monotonic(), waiting[:BATCH]
-        share = len(some) / len(waiting)
-        cover = Cover(some, rules, now + share * max(0.0, end - now), seed, steps)
-        best = min(cover.layouts(), key=partial(_shortfall, len(some)))
-        waiting = waiting[BATCH:]
-        if not best:
-            break
-        if waiting:
-            best = sorted(best, key=lambda s: sum(areas[p.mark] for p in s[1]) / s[0].price)
-            by_mark = {piece.mark: piece for piece in some}
-            few = min(GIVEN_UP, len(best) // 4)
-            given_up = [by_mark[p.mark] for _, placed in best[:few] for p in placed]
-            del best[:few]
-            waiting = given_up + waiting
-        layout += best
-        rules = replace(rules, stocks=tuple(remaining(rules.stocks, best)))
-    return layout
-
-
-def _shortfall(count: int, layout: Layout) -> tuple[int, float]:
-    return count - sum(len(placed) for _, placed in layout), sum(s.price for s, _ in layout)
+        now = float(sum(pool.costs[sheets[k].stock] for k in given))
+        large = float(pool.random.choice(LARGE))
+        self._filled(area**large, demand, stocked, MENDING, last)
+        seconds = float(np.clip(last - time.monotonic(), 0.1, CHOOSING))
+        anew = pool.choice(demand, stocked, now, seconds)
+        cost = float(sum(pool.costs[found.stock] for found in anew))
+        if not anew or np.any(np.sum([f.counts for f in anew], axis=0) < demand) or cost > now:
+            return False
+        self._best = [f for k, f in enumerate(sheets) if k not in given] + anew
+        return cost < now * (1.0 - 1e-9)

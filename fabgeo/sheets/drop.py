@@ -56,8 +56,6 @@ class Profiles:
         Length and height of the sheet for grown pieces.
     place : (p, `PLACES`) array
         Columns where it is dropped.
-    under : (p, `PLACES`, c) array
-        Columns of the sheet under its own there (the last beyond the piece).
     width : (p,) array
         How many it covers.
     sum_high : (p,) array
@@ -73,7 +71,6 @@ class Profiles:
     height: Array
     room: Array
     place: np.ndarray[tuple[int, int], np.dtype[np.intp]]
-    under: np.ndarray[tuple[int, int, int], np.dtype[np.intp]]
     width: np.ndarray[tuple[int], np.dtype[np.intp]]
     sum_high: Array
 
@@ -117,7 +114,6 @@ def profiles(pieces: Sequence[Piece], stock: Stock, spacing: float, margin: floa
         sizes[:, 1],
         room,
         place,
-        np.minimum(place[:, :, None] + np.arange(COLUMNS), COLUMNS - 1),
         width,
         np.where(covers, high, 0.0).sum(axis=1),
     )
@@ -168,10 +164,12 @@ def drop_sheet(
     """
     columns = made.low.shape[1]
     left = left.copy()
-    sky = np.zeros(columns, dtype=np.float32)
+    sky = np.zeros(2 * columns, dtype=np.float32)  # as much again beyond, where nothing lies
+    under = np.lib.stride_tricks.sliding_window_view(sky, columns)  # from every column on
     noise = np.exp(random.normal(0.0, 0.08, len(worth)))
     weight = np.maximum(worth * noise, 0.0)[made.piece] ** keen
     alive = np.flatnonzero((left[made.piece] > 0) & (weight > 0.0))
+    gone = np.zeros(len(made.piece), dtype=bool)
     out: list[Drop] = []
     ahead = list(begin)
     while len(alive):
@@ -185,13 +183,15 @@ def drop_sheet(
             tried = random.choice(alive, min(few, int(np.count_nonzero(share))), False, share)
         if not len(tried):
             continue
-        below = sky[made.under[tried]]
-        rest = np.maximum((below - made.low[tried][:, None, :]).max(axis=2), 0.0)
+        wide = int(made.width[tried].max())
+        above = under[made.place[tried], :wide]
+        above -= made.low[tried, None, :wide]
+        rest = np.maximum(above.max(axis=2), 0.0)
         fits = rest + made.height[tried][:, None] <= made.room[1] + SAFE
-        gone = tried[~fits.any(axis=1)]
-        if len(gone) < len(tried):
+        some = fits.any(axis=1)
+        if some.any():
             # Room taken: from the sky as it was to the piece's upper profile, column by column.
-            sums = np.append(0.0, np.cumsum(sky))
+            sums = np.append(0.0, np.cumsum(sky[:columns]))
             start = made.place[tried]
             filled = sums[start + made.width[tried][:, None]] - sums[start]
             raised = rest * made.width[tried][:, None] + made.sum_high[tried][:, None]
@@ -203,8 +203,8 @@ def drop_sheet(
             sky[column : column + wide] = y + made.high[row, :wide]
             out.append((row, column, y))
             left[made.piece[row]] -= 1
-        alive = np.setdiff1d(alive, gone, assume_unique=True)
-        alive = alive[left[made.piece[alive]] > 0]
+        gone[tried[~some]] = True
+        alive = alive[~gone[alive] & (left[made.piece[alive]] > 0)]
     return out
 
 

@@ -15,16 +15,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from queue import Queue
-from threading import Event
 
 from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
-from fabgeo.sheets.cover import Cover, batched
+from fabgeo.sheets.batches import batched
+from fabgeo.sheets.cover import Cover
 from fabgeo.sheets.loop import knapsack_loop
-from fabgeo.sheets.packing import pack_bins
 from fabgeo.sheets.pieces import Piece, piece_of
 from fabgeo.sheets.shelf import Layout, fits, shelves
 from fabgeo.sheets.stock import Nest, Sheet, Stock, remaining
@@ -35,9 +32,7 @@ type Listener = Callable[[str], None]
 
 AT_ONCE = 300  # pieces that are laid out together; more go in batches
 SLOWLY = 40  # pieces that the slower engine also lays out where steps are given
-JOINING = 0.75  # share of the time in which the engine beside may find sheets
 LEAST_SECONDS = 1.0  # an engine needs this long to be of use
-MOST_TURNS = 50  # of the loop with other draws
 
 
 @dataclass(frozen=True)
@@ -152,35 +147,20 @@ class _Group:
     def _engines(
         self, pieces: list[Piece], end: float, seed: int, steps: int | None
     ) -> Iterator[Layout]:
-        """Layouts of the engines that suit the group, as long as there is time.
-
-        Sheets of dropped pieces, chosen together; beside them, in a thread of its own, sheets of
-        the other engine, which join the choice.
-        """
+        """Layouts of the engines that suit the group, as long as there is time."""
         rules = self.rules
         if len(pieces) > AT_ONCE:
             yield batched(pieces, rules, end, seed, steps)
             return
-        if steps is not None:
-            found: list[Layout] = []
-            if len(pieces) <= SLOWLY:
-                found.append(knapsack_loop(pieces, rules, end, seed, steps, self.sound))
-                yield found[0]
-            yield from Cover(pieces, rules, end, seed, steps, lambda: found).layouts()
-            return
-        beside = _Beside(self, pieces, end, seed)
-        with ThreadPoolExecutor(1) as pool:
-            running = pool.submit(beside.run)
-            try:
-                for layout in Cover(pieces, rules, end, seed, None, beside.taken).layouts():
-                    yield layout
-                    if self._at_best(pieces, layout):
-                        return
-            finally:
-                beside.stop.set()
-                running.result()
-            for layout in beside.taken():
-                yield layout
+        cover = Cover(pieces, rules, end, seed, steps, self.sound)
+        if steps is not None and len(pieces) <= SLOWLY:
+            found = knapsack_loop(pieces, rules, end, seed, steps, self.sound)
+            yield found
+            cover.add(found)
+        for layout in cover.layouts():
+            yield layout
+            if self._at_best(pieces, layout):
+                return
 
     def _at_best(self, pieces: list[Piece], layout: Layout) -> bool:
         """Whether no layout on its one stock can have fewer sheets: their area tells."""
@@ -190,15 +170,6 @@ class _Group:
             return False
         room = (stock.length - 2 * rules.margin) * (stock.width - 2 * rules.margin)
         return len(layout) <= math.ceil(sum(piece.area for piece in pieces) / room)
-
-    def bins(self, pieces: list[Piece], stock: Stock, end: float) -> Layout:
-        """All pieces at once on one stock by the other engine."""
-        seconds = end - time.monotonic()
-        if seconds < LEAST_SECONDS:
-            return []
-        rules = self.rules
-        sheets = pack_bins(pieces, stock, rules.spacing, rules.margin, seconds)
-        return [(stock, sheet) for sheet in sheets]
 
     def sound(self, stock: Stock, placements: list) -> bool:
         sheet = Sheet("", stock, tuple(placements), 0.0)
@@ -261,39 +232,6 @@ class _Group:
     @property
     def _name(self) -> str:
         return f"{self.material} {self.thickness:g} mm"
-
-
-class _Beside:
-    """The other engine beside the first: the loop, all at once, then the loop with other draws."""
-
-    def __init__(self, group: _Group, pieces: list[Piece], end: float, seed: int) -> None:
-        self.group, self.pieces, self.seed = group, pieces, seed
-        self.start = time.monotonic()
-        self.end = self.start + JOINING * (end - self.start)
-        self.stop = Event()
-        self._found: Queue[Layout] = Queue()
-
-    def taken(self) -> list[Layout]:
-        """Layouts found since this was last asked."""
-        return [self._found.get() for _ in range(self._found.qsize())]
-
-    def run(self) -> None:
-        group, rules = self.group, self.group.rules
-        whole = [s for s in rules.stocks if all(fits(p, s, rules.margin) for p in self.pieces)]
-        for turn in range(MOST_TURNS):
-            left = self.end - time.monotonic()
-            if left < LEAST_SECONDS or self.stop.is_set():
-                return
-            until = self.end - (0.5 * left if turn == 0 and whole else 0.0)
-            draws = self.seed + turn
-            stopped = self.stop.is_set
-            self._found.put(
-                knapsack_loop(self.pieces, rules, until, draws, None, group.sound, stopped)
-            )
-            if turn == 0 and whole and not self.stop.is_set():
-                cheapest = max(whole, key=lambda s: s.length * s.width / s.price)
-                middle = (time.monotonic() + self.end) / 2.0
-                self._found.put(group.bins(self.pieces, cheapest, middle))
 
 
 def _cost(made: Nest) -> float:

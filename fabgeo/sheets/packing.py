@@ -2,8 +2,6 @@
 
 Glossary
 --------
-bins
-    All pieces on as few sheets as possible.
 sheet
     As much area of the pieces as possible on one sheet (a knapsack).
 strip
@@ -26,22 +24,6 @@ from fabgeo.sheets.stock import Placement, Stock
 QUEUE = 16  # of the deterministic tree search: 1 CPU second for 24 candidates on a sheet
 
 
-def pack_bins(
-    pieces: Sequence[Piece], stock: Stock, spacing: float, margin: float, seconds: float
-) -> list[list[Placement]]:
-    """All pieces on as few sheets of one stock as found in time: unverified, not reproducible."""
-    irregular = _engine()
-    builder = _asked(irregular, pieces, spacing)
-    builder.set_objective(irregular.Objective.BinPacking)
-    shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
-    most = len(pieces) if stock.quantity is None else min(len(pieces), stock.quantity)
-    builder.add_bin_type(shape, copies=most)
-    parameters = irregular.OptimizeParameters()
-    parameters.verbosity_level = 0
-    parameters.time_limit = max(seconds, 0.1)
-    return _placed(irregular.optimize(builder.build(), parameters).solution, pieces, margin)
-
-
 def pack_sheet(
     pieces: Sequence[Piece],
     stock: Stock,
@@ -49,13 +31,14 @@ def pack_sheet(
     margin: float,
     seconds: float | None = None,
     queue: int = QUEUE,
+    worth: Sequence[float] | None = None,
 ) -> list[Placement]:
-    """As much area as possible on one sheet by the deterministic tree search: unverified.
+    """As much area (or `worth`) as possible on one sheet by the tree search: unverified.
 
     Equal input gives equal output unless `seconds` cut it short. Time grows with `queue`.
     """
     irregular = _engine()
-    builder = _asked(irregular, pieces, spacing)
+    builder = _asked(irregular, pieces, spacing, worth)
     builder.set_objective(irregular.Objective.Knapsack)
     shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
     builder.add_bin_type(shape, copies=1)
@@ -84,14 +67,17 @@ def _engine() -> Any:
     return import_module("packingsolver.irregular")
 
 
-def _asked(irregular: Any, pieces: Sequence[Piece], spacing: float) -> Any:
+def _asked(
+    irregular: Any, pieces: Sequence[Piece], spacing: float, worth: Sequence[float] | None = None
+) -> Any:
     builder = irregular.InstanceBuilder()
     builder.set_item_item_minimum_spacing(spacing)
-    for piece in pieces:
+    for k, piece in enumerate(pieces):
         builder.add_item_type(
             irregular.build_shape([tuple(point) for point in piece.polygon.tolist()]),
             allowed_rotations=_degrees(piece),
             copies=1,
+            profit=None if worth is None else worth[k],
         )
     return builder
 

@@ -9,7 +9,8 @@ import pytest
 
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import flat_polygon
-from fabgeo.sheets.cover import Cover, batched
+from fabgeo.sheets.batches import batched
+from fabgeo.sheets.cover import Cover
 from fabgeo.sheets.drop import drop_sheet, placements, profiles
 from fabgeo.sheets.mix import cheapest_choice, cheapest_mix
 from fabgeo.sheets.nest import Rules
