@@ -44,7 +44,7 @@ def test_another_material_remakes_nests_but_no_shape(roof: Path) -> None:
     build(roof, text, "--jobs", "1")
     after = entries(roof / "out")
     made = Counter(name.split("/")[0] for name in after.keys() - before.keys())
-    assert made == {"nest": 1, "latest": 1}
+    assert made == {"nest": 1, "latest": 1, "page": 12}  # a page tells mass and sheet
     assert Counter(n.split("/")[0] for n in before.keys() - after.keys()) == made  # pruned
 
 
