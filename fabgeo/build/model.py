@@ -36,6 +36,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
         segments=asked.segments,
         direction=asked.direction,
         seed=seed,
+        kind=asked.kind,
         **options,
     )
 

@@ -23,7 +23,7 @@ from fabgeo.fitting.starts.principal import principal_start
 from fabgeo.fitting.starts.quality import Quality, check_folds, quality
 from fabgeo.fitting.starts.sections import sections_start
 from fabgeo.fitting.starts.trial import UNTWISTED, trial_twist
-from fabgeo.strips.model import StripModel
+from fabgeo.strips.model import Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.creases import sharpest
 from fabgeo.surfaces.trace_extension import Extended
@@ -40,12 +40,16 @@ _STARTS: dict[str, Callable[..., tuple[StripModel, list[str]]]] = {
 }
 METHODS: tuple[str, ...] = ("auto", *_STARTS)
 # Options of `draw.model_of_net` that several methods pass on.
-_FURTHER = (
-    ("principal", "larger"),
-    ("principal", "smaller"),
-    ("geodesic", "v"),
-    ("geodesic", "u"),
-)
+_PLAIN = (("iso", "v"), ("iso", "u"))
+_PRINCIPAL = (("principal", "larger"), ("principal", "smaller"))
+_GEODESIC = (("geodesic", "v"), ("geodesic", "u"))
+_FURTHER = (*_PRINCIPAL, *_GEODESIC)
+_OF_KIND: dict[Kind, tuple[tuple[str, str], ...]] = {  # what "auto" tries first
+    "general": _PLAIN,
+    "conical": _PRINCIPAL,
+    "circular": _PRINCIPAL,
+    "geodesic": _GEODESIC,
+}
 SHORT = 0.04  # of their length, by which edges stop before a boundary that has no corner there
 _SHARED = ("sag", "conjugate", "project", "ends")
 
@@ -134,6 +138,7 @@ def start(
     segments: int | None = None,
     direction: str | None = None,
     seed: Any = None,
+    kind: Kind = "general",
     **options: Any,
 ) -> Start:
     """An initial strip model for a design surface.
@@ -149,6 +154,9 @@ def start(
         Which family the edges follow, in the method's own words ("u" or "v").
     seed : optional
         What the method starts from: a point, a curve, or a previous model.
+    kind : str
+        What the model will be fitted to: "auto" begins with starts that nearly have the property,
+        principal lines for conical and circular models, geodesics for geodesic ones.
     **options
         Further options of the method's own function.
 
@@ -162,7 +170,7 @@ def start(
     if method not in METHODS:
         raise InputError("start method", f"expected one of {', '.join(METHODS)}, found {method!r}")
     if method == "auto":
-        return _auto(surface, strips, segments, direction, options)
+        return _auto(surface, strips, segments, direction, kind, options)
     model, notes = _called(method, surface, strips, segments, direction, seed, options)
     check_folds(model, surface, method)
     found = quality(model, surface)
@@ -202,19 +210,22 @@ def _auto(
     strips: int | None,
     segments: int | None,
     direction: str | None,
+    kind: Kind,
     options: dict[str, Any],
 ) -> Start:
     asked = strips, segments
-    tried = [_tried(surface, *asked, *plan, options) for plan in _plans(surface, direction)]
+    # An overhang is one of parameter lines: principal nets have their own.
+    plans = _plans(surface, direction, "general" if "overhang" in options else kind)
+    tried = [_tried(surface, *asked, *plan, options) for plan in plans]
     if len(tried) > 1:
-        tried = _trials(tried, surface)
+        tried = _trials(tried, surface, kind)
         if "overhang" not in options and not any(c.score < float("inf") for c in tried):
-            tried += _trials(_shorter(tried, surface, asked, options), surface)
+            tried += _trials(_shorter(tried, surface, asked, options), surface, kind)
         further = direction is None and len(surface.loops) == 1
         if further and not any(c.works for c in tried):
-            tried += _trials(
-                [_tried(surface, *asked, *plan, options) for plan in _FURTHER], surface
-            )
+            others = [plan for plan in (*_PLAIN, *_FURTHER) if plan not in plans]
+            more = [_tried(surface, *asked, *plan, options) for plan in others]
+            tried += _trials(more, surface, kind)
     tried.sort(key=lambda c: (c.score == float("inf"), c.trial is None, c.score))
     best = tried[0]
     if best.model is None or best.score == float("inf"):
@@ -257,7 +268,7 @@ def _cure(surface: DesignSurface) -> str:
     )
 
 
-def _trials(candidates: list[Candidate], surface: DesignSurface) -> list[Candidate]:
+def _trials(candidates: list[Candidate], surface: DesignSurface, kind: Kind) -> list[Candidate]:
     """The candidates from the best on, with short fits of them until one works."""
     done: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda c: c.score):
@@ -265,7 +276,7 @@ def _trials(candidates: list[Candidate], surface: DesignSurface) -> list[Candida
         if model is None or candidate.score == float("inf") or any(c.works for c in done):
             done.append(candidate)
         else:
-            twist, problem = trial_twist(model, _reference(model, surface))
+            twist, problem = trial_twist(model, _reference(model, surface), kind)
             done.append(replace(candidate, trial=twist, problem=problem))
     return done
 
@@ -290,14 +301,15 @@ def _tried(
     return Candidate(method, way, found, problem, model, tuple(notes))
 
 
-def _plans(surface: DesignSurface, direction: str | None) -> list[tuple[str, str]]:
-    methods = ["iso"]
+def _plans(surface: DesignSurface, direction: str | None, kind: Kind) -> list[tuple[str, str]]:
     if hasattr(surface, "sections"):
         return [("sections", "")]
-    if getattr(surface, "grid", None) is not None:
-        methods.insert(0, "mesh")
-    ways = ["v", "u"] if direction is None else [direction]
-    return [(method, way) for method in methods for way in ways]
+    plans = [("mesh", way) for _, way in _PLAIN if getattr(surface, "grid", None) is not None]
+    plans += _OF_KIND[kind] if len(surface.loops) == 1 else _PLAIN
+    if direction is None:
+        return plans
+    chosen = dict.fromkeys(p for p in (*plans, *_PLAIN) if p[1] == direction)
+    return list(chosen) or [("iso", direction)]
 
 
 def _reference(model: StripModel, surface: DesignSurface) -> DesignSurface:
