@@ -120,6 +120,8 @@ def _content(path: Path, layers: Mapping[str, str] | None) -> _Content:
     content = _Content([], [], [], [], [], [])
     loose: list[Any] = []
     for entity in entities:
+        if not entity.dxf.is_supported("layer"):
+            raise InputError(path.name, f"holds {entity.dxftype()}, which is no kind of entity")
         layer = names.get(entity.dxf.layer)
         if layer is None:
             raise InputError(

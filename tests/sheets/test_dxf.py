@@ -193,6 +193,16 @@ def test_a_file_without_model_space_is_named(tmp_path: Path) -> None:
             reader(path)
 
 
+def test_an_entity_of_no_known_kind_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "strange.dxf"
+    write_part(wavy_part("P-00-00"), path)
+    text = path.read_text()
+    space = text.index("ENTITIES")
+    path.write_text(text[:space] + text[space:].replace("\nLWPOLYLINE\n", "\nLWPOLY17\n", 1))
+    with pytest.raises(InputError, match=r"strange\.dxf.*LWPOLY17"):
+        read_part(path)
+
+
 def test_a_file_that_is_no_dxf_is_named(tmp_path: Path) -> None:
     path = tmp_path / "note.dxf"
     path.write_text("hello")
