@@ -35,8 +35,8 @@ PROJECT = {
     "connectors": {"spacing": 900.0, "standoff": 57.0, "reach": 16.0},
     "nesting": {"steps": 1},
     "stock": [
-        {"material": "aluminium", "length": 8000.0, "width": 4000.0},
-        {"material": "steel", "length": 8000.0, "width": 2500.0},
+        {"material": "aluminium", "length": 8000.0, "width": 6000.0},
+        {"material": "steel", "length": 12000.0, "width": 2500.0},
     ],
     "drawings": False,
 }

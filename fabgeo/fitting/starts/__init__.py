@@ -42,13 +42,12 @@ METHODS: tuple[str, ...] = ("auto", *_STARTS)
 # Options of `draw.model_of_net` that several methods pass on.
 _PLAIN = (("iso", "v"), ("iso", "u"))
 _PRINCIPAL = (("principal", "larger"), ("principal", "smaller"))
-_GEODESIC = (("geodesic", "v"), ("geodesic", "u"))
-_FURTHER = (*_PRINCIPAL, *_GEODESIC)
+_FURTHER = (*_PRINCIPAL, ("geodesic", "v"), ("geodesic", "u"))
 _OF_KIND: dict[Kind, tuple[tuple[str, str], ...]] = {  # what "auto" tries first
     "general": _PLAIN,
     "conical": _PRINCIPAL,
     "circular": _PRINCIPAL,
-    "geodesic": _GEODESIC,
+    "geodesic": _PLAIN,
 }
 SHORT = 0.04  # of their length, by which edges stop before a boundary that has no corner there
 _SHARED = ("sag", "conjugate", "project", "ends")
@@ -155,8 +154,8 @@ def start(
     seed : optional
         What the method starts from: a point, a curve, or a previous model.
     kind : str
-        What the model will be fitted to: "auto" begins with starts that nearly have the property,
-        principal lines for conical and circular models, geodesics for geodesic ones.
+        What the model will be fitted to: "auto" begins with principal lines for conical and
+        circular models, which have the property already.
     **options
         Further options of the method's own function.
 

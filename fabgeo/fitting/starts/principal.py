@@ -25,7 +25,8 @@ from fabgeo.surfaces.trace import anisotropy, both_ways, trace_principal, umbili
 from fabgeo.surfaces.trace_extension import Extended
 
 LINES = 19  # of each family, before resampling
-STEPS = 24  # of a traced line, each way
+STEPS = 44  # of a traced line, each way
+STEP = 1 / 37  # of the surface's size: lines are longer than it, so that far corners cross
 ROUNDS = 3  # of lines laid further out, until they cover the surface
 
 
@@ -77,8 +78,7 @@ def principal_net(
     extended = Extended(surface)
     at = surface.closest(_seed(surface, seed))
     _, axes = at.principal()
-    reach = 0.65 * size_of(surface)
-    step = reach / STEPS
+    step = STEP * size_of(surface)
     larger, smaller = axes[:, 0], axes[:, 1]
     spine = _Spine(extended, at.point, smaller, step)
     rib = _Spine(extended, at.point, larger, step)
