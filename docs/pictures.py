@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import re
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,8 @@ def parts_picture(axes: Any, folder: Path) -> None:
         mesh = scene.geometry[name]
         corners = trimesh.transform_points(mesh.vertices, turn)[mesh.faces]
         mark = node.split("#")[0]
+        if not re.match(r"[A-JL-Z]-\d", mark):
+            continue  # fixings (K) are too small to be seen
         own = classes.get(mark)
         if own and below and int(mark.split("-")[1]) < OPEN * last:
             continue
