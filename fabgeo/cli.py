@@ -249,7 +249,7 @@ def _print_package(package: Any) -> None:
     console.print(table)
     seconds = ", ".join(f"{name} {value:.1f}" for name, value in package.seconds.items())
     console.print(f"seconds by stage: {seconds}", highlight=False)
-    for line in package.design.notes:
+    for line in package.record.remarks:
         console.print(f"note: {line}", highlight=False, markup=False)
     for line in package.failures:
         console.print(f"fails: {line}", style="red", highlight=False, markup=False)

@@ -111,7 +111,7 @@ class Package:
             "path": str(self.path),
             "passed": self.passed,
             "failures": self.failures,
-            "notes": list(self.design.notes),
+            "notes": list(self.record.remarks),
             **self.review,
         }
 

@@ -35,6 +35,8 @@ from fabgeo.review.record import (
 from fabgeo.sheets.stock import Nest
 from fabgeo.structures.prisms import ruled_normals
 
+COVERED = 0.98  # of the surface: where strips leave more of it bare, the build says so
+
 
 def record_of(
     design: Design,
@@ -78,12 +80,22 @@ def record_of(
         seconds=seconds,
         deviation=DeviationMap(*seen),
         tradeoff=design.tradeoff,
-        remarks=design.notes,
+        remarks=(*design.notes, *_uncovered(model["covered_share"])),
         not_asked=not_asked,
         materials={
             name: {"name": name, "density_kg_m3": project.material(name).density}
             for name in sorted({plate.material for plate in design.plates})
         },
+    )
+
+
+def _uncovered(share: float | None) -> tuple[str, ...]:
+    """A remark where the strips leave part of the surface bare; sampled, so to half a per cent."""
+    if share is None or share > COVERED:
+        return ()
+    return (
+        f"model: {100.0 * (1.0 - share):.1f} % of the surface lies beside the strips; let them "
+        'overhang it (start = "principal", or "iso" with strips.overhang) and raise strips.cover',
     )
 
 
