@@ -100,7 +100,7 @@ def _bent(
     kind = row.get("class", "developable")
     if low is not None and 0.0 < low < FLAT_RADIUS and kind != "flat":
         findings.near(mark, "radius_min_mm of its solid", float(radii.min()), low,
-                      _within(radii.min()))  # fmt: skip
+                      _within(radii.min()) + _between(radii))  # fmt: skip
     if high is not None and 0.0 < high < FLAT_RADIUS and kind in ("cylinder", "cone"):
         findings.near(mark, "radius_max_mm of its solid", float(radii.max()), high,
                       _within(radii.max()))  # fmt: skip
@@ -126,6 +126,12 @@ def _developable(package: WrittenPackage, mark: str, plate: SolidPlate, findings
     if plate.gaussian > limit:
         what, words = "Gaussian curvature times size squared", f"at most {limit:.3g}"
         findings.add(mark, what, words, plate.gaussian)
+
+
+def _between(radii: Array) -> float:
+    """How much the radius changes beside its least sample (rails, n): so much less it may get."""
+    rail, least = np.unravel_index(radii.argmin(), radii.shape)
+    return float(np.ptp(radii[rail, max(least - 1, 0) : least + 2]))
 
 
 def _within(radius: float) -> float:
