@@ -31,7 +31,7 @@ PROJECT = {
     "strips": {"kind": "conical", "count": 3},
     "panels": {"length": 2000.0, "joint": 12.0, "tolerance": 1.5, "thickness": 4.0},
     "cells": {"depth": -250.0, "walls": True},
-    "beams": {"section": "I", "depth": 220.0, "standoff": 60.0, "flange_width": 140.0},
+    "beams": {"section": "I", "depth": 220.0, "standoff": 60.0, "flange_width": 160.0},
     "connectors": {"spacing": 900.0, "standoff": 57.0, "reach": 16.0},
     "nesting": {"steps": 1},
     "stock": [
