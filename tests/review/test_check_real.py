@@ -172,11 +172,17 @@ def moved_solid(mark: str, by: float) -> Callable[[Path], None]:
 def moved_fixing(folder: Path) -> None:
     """The place of the first connector's product, 2 mm aside."""
 
+    row = (folder / "schedules" / "connectors.csv").read_text().splitlines()[1].split(",")
+    place = [float(value) for value in row[4:7]]  # rounded
+
     def change(text: str) -> str:
-        x = (folder / "schedules" / "connectors.csv").read_text().splitlines()[1].split(",")[4]
-        found = re.search(rf"\(({re.escape(x[:-1])}\d*),", text)  # the row is rounded
-        assert found is not None
-        return text.replace(found[1], repr(float(found[1]) + 2.0))
+        for found in re.finditer(r"CARTESIAN_POINT\s*\('',\(([^()]*)\)", text):
+            point = [float(value) for value in found[1].split(",")]
+            if point == pytest.approx(place, abs=0.006):
+                x = found[1].split(",")[0]
+                moved = found[0].replace(x, repr(point[0] + 2.0), 1)
+                return text.replace(found[0], moved)
+        raise AssertionError(f"no point at {place}")
 
     faults.step(folder, change)
 
