@@ -148,12 +148,12 @@ class Level:
         if not self.options.weights.cover:
             return []
         every = np.arange(self.net.edges)
-        parts = [(k, s, every) for k, s in enumerate(self.ends) if k not in self.held.ends]
+        parts = [(s, every) for k, s in enumerate(self.ends) if k not in self.held.ends]
         if not self.net.closed_i:
             outer = (0, self.net.edges - 1)
-            parts += [(k, self.coarse, every[[k]]) for k in outer if k not in self.held.edges]
+            parts += [(self.coarse, every[[k]]) for k in outer if k not in self.held.edges]
         terms: list[Objective] = []
-        for _, sites, edges in parts:
+        for sites, edges in parts:
             points = sites.evaluate(start)[edges]
             out = self.reference.outwards(points)
             beyond = np.linalg.norm(out, axis=-1, keepdims=True)

@@ -25,9 +25,8 @@ from fabgeo.surfaces.vertexpatches import vertex_patches
 
 CANDIDATES = 6  # triangles looked at for one closest point
 CHUNK = 20000
-LEAST_COSINE = (
-    -0.5
-)  # between the normals of a triangle: of three that cancel, two differ by 120 deg
+# Between the normals of a triangle: of three that cancel, two differ by 120 degrees or more.
+LEAST_COSINE = -0.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,9 @@ from fabgeo.fitting.obstacle import obstacle
 from fabgeo.fitting.quality import dense_sites, quality
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net
+from fabgeo.fitting.starts import start
 from fabgeo.strips.measures import measure
+from fabgeo.surfaces.formula import FormulaSurface
 
 DOME, SADDLE = (-0.5e-4, -1.5e-4), (0.5e-4, -1.0e-4)
 
@@ -204,3 +206,19 @@ def test_geodesic_models_have_opposite_geodesic_curvatures():
     assert found.geodesic is not None
     assert found.geodesic.value <= np.radians(0.01)
     assert found.twist_deg.value <= 0.012
+
+
+@pytest.mark.slow
+def test_a_conical_model_covers_a_roof_askew_to_its_principal_lines():
+    roof = FormulaSurface(
+        "u", "v", "3 - 0.03*u**2 - 0.05*v**2 + 0.004*u*v", (-6.0, 6.0), (-5.0, 5.0), scale=1000.0
+    )
+    begun = start(roof, kind="conical")
+    assert begun.method == "principal"
+    options = FitOptions(twist_limit_deg=0.004, kind_limit_deg=0.004)
+    found = measure(fit(begun.reference, begun.model, "conical", options).model, roof)
+    assert found.covered_share is not None
+    assert found.covered_share > 0.995
+    assert found.twist_deg.value < 0.005
+    assert found.deviation_over_sag_limit is not None
+    assert found.deviation_over_sag_limit < 1.2
