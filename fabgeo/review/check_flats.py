@@ -272,18 +272,21 @@ def _radii(
     findings: Findings,
     name: str,
 ) -> None:
-    """Radii of the bend lines lie between those at both ends of the same rulings of the solid."""
+    """Radii of the bend lines are the solid's at the middles of the same rulings.
+
+    A developable's radius grows linearly along a ruling: in its middle it is the mean of both ends.
+    """
     if found.rails is None or not rows or len(rows) != len(flat.bends):
         return
-    bent = 1.0 / plate.radii
-    sites = np.linspace(0.0, bent.shape[1] - 1.0, len(found.rails[0]))
+    bent = 1.0 / plate.radii.mean(axis=0)
+    sites = np.linspace(0.0, len(bent) - 1.0, len(found.rails[0]))
     middle, lines = 0.5 * (found.rails[0] + found.rails[1]), flat.bends.mean(axis=1)
     near = np.linalg.norm(middle[None] - lines[:, None], axis=-1).argmin(axis=1)
     stated = 1.0 / np.abs(_columns(rows, ["radius_mm"])[:, 0])
     for row, at, own in zip(rows, sites[near].astype(int).tolist(), stated.tolist(), strict=True):
-        ends = bent[:, max(at - 1, 0) : at + 3]  # between samples it may bend otherwise
-        low, high = (1.0 - BEND) * ends.min() - BENT, (1.0 + BEND) * ends.max() + BENT
-        if max(own, float(ends.min())) > NEARLY_FLAT and not low <= own <= high:
+        around = bent[max(at - 1, 0) : at + 3]  # between samples it may bend otherwise
+        low, high = (1.0 - BEND) * around.min() - BENT, (1.0 + BEND) * around.max() + BENT
+        if max(own, float(around.min())) > NEARLY_FLAT and not low <= own <= high:
             what = f"radius of bend line {row.get('bend')} in mm"
-            words = f"{1.0 / ends.max():.1f} to {1.0 / ends.min():.1f}"
+            words = f"{1.0 / around.max():.1f} to {1.0 / around.min():.1f}"
             findings.add(flat.mark, what, words, 1.0 / own, name)
