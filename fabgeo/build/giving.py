@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray
-from fabgeo.build.geometry import SPRINGING, lane_counts, lanes_of, limits_of, patches_of
+from fabgeo.build.geometry import lane_counts, lanes_of, patches_of
 from fabgeo.build.model import options_of, outwards
 from fabgeo.build.progress import Clock
+from fabgeo.build.skin import SPRINGING, limits_of
 from fabgeo.errors import GeometryError
 from fabgeo.fitting.fit import FitResult, fit
 from fabgeo.fitting.starts import Start

@@ -8,7 +8,8 @@ from __future__ import annotations
 import difflib
 from dataclasses import replace
 
-from fabgeo.build.geometry import Design, sheet_of
+from fabgeo.build.geometry import Design
+from fabgeo.build.skin import sheet_of
 from fabgeo.errors import InputError
 from fabgeo.panels.forming import forming_of
 

@@ -7,9 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fabgeo.build.geometry import inputs_of, lanes_of, limits_of, patches_of, sheet_of
+from fabgeo.build.geometry import lanes_of, patches_of
 from fabgeo.build.model import fit_of, outwards, start_of
 from fabgeo.build.progress import Clock, Listener
+from fabgeo.build.skin import inputs_of, limits_of, sheet_of
 from fabgeo.build.surface import surface_of
 from fabgeo.errors import InputError
 from fabgeo.panels.limits import Costs

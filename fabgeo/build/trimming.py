@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fabgeo.arrays import cross
+from fabgeo.build.skin import sheet_of
 from fabgeo.panels.forming import forming_of
 from fabgeo.panels.samples import PanelInput, Side
 from fabgeo.panels.unfold_split import split_at_rulings
@@ -137,7 +138,6 @@ def trimmed(design: Design) -> Design:
 
 def _choices(design: Design, panels: Sequence[Cut]) -> dict[str, PanelChoice]:
     """The choices of what is left: radii, forming, gaps and kinks of the panels as cut."""
-    from fabgeo.build.geometry import sheet_of
     from fabgeo.panels.remeasured import measured_again
 
     across = _neighbours(panels)

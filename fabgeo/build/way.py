@@ -17,16 +17,7 @@ from fabgeo.build.cache import Cache
 from fabgeo.build.fixings import fixings_of
 from fabgeo.build.flats import flats_of, refuse_oversize
 from fabgeo.build.folder import open_folder
-from fabgeo.build.geometry import (
-    Design,
-    inputs_of,
-    lanes_of,
-    layers_of,
-    pair_of,
-    panels_of,
-    patches_of,
-    structure_of,
-)
+from fabgeo.build.geometry import Design, lanes_of, pair_of, patches_of, structure_of
 from fabgeo.build.giving import given_way
 from fabgeo.build.materials import in_materials
 from fabgeo.build.mixed import crossed_by, straightened
@@ -34,6 +25,7 @@ from fabgeo.build.model import fit_of, outwards, start_of
 from fabgeo.build.nests import nests_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
+from fabgeo.build.skin import inputs_of, layers_of, panels_of
 from fabgeo.build.solids import solids_of
 from fabgeo.build.splitting import divided_patches, divided_structure
 from fabgeo.build.surface import seen, surface_of, with_surface
@@ -97,37 +89,16 @@ def design(
         wanted = surface_of(project, base) if surface is None else as_surface(surface)
     with clock.stage("start"):
         initial = start_of(project, wanted, base)
-    with clock.stage("fit"):
-        fitted = cache.once(
-            "fit",
-            _fitted_to(project, wanted, initial, base),
-            partial(fit_of, project, initial, clock),
-        )
-        fitted, bought, worth = cache.once(
-            "give",
-            (fitted.model, _panelled(project, fitted.model, ()), project.strips.model_dump()),
-            partial(given_way, project, initial, fitted, clock, jobs),
-        )
-        model = outwards(fitted.model)
-    with clock.stage("panels"):
-        lanes = lanes_of(project, model)
-        patches = divided_patches(project, lanes, patches_of(project, lanes))
-        panels, choices, saved, figures = cache.once(
-            "choice",
-            _panelled(project, lanes, patches),
-            partial(panels_of, project, lanes, patches, jobs),
-        )
-        layers = layers_of(project, lanes, patches)
-    made = Design(project, wanted, initial, fitted, model, lanes, patches, panels, choices, layers)
-    bought = "; ".join(filter(None, [bought, saved]))
-    made = replace(made, saved=bought, worth={**worth, **figures})
+    made = _skinned(project, wanted, initial, base, clock, cache, jobs)
+    whole = made.patches  # only the skin is trimmed
     if trims_panels(project, initial):
         with clock.stage("trim"):
             made = trimmed(made)
     made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
-            made = straightened(replace(made, **_structure(project, lanes, patches, cache)))
+            structure = _structure(project, made.lanes, whole, cache)
+            made = straightened(replace(made, **structure))
     if project.connectors:
         with clock.stage("connectors"):
             made = replace(
@@ -201,6 +172,42 @@ def build_package(
         package = write_package(folder, made, flats, nests, built, clock, jobs, cache)
         cache.prune()
         return package
+
+
+def _skinned(
+    project: Project,
+    wanted: DesignSurface,
+    initial: Start,
+    base: Path,
+    clock: Clock,
+    cache: Cache,
+    jobs: int | None,
+) -> Design:
+    """The model fitted from a start, and its panels."""
+    with clock.stage("fit"):
+        fitted = cache.once(
+            "fit",
+            _fitted_to(project, wanted, initial, base),
+            partial(fit_of, project, initial, clock),
+        )
+        fitted, bought, worth = cache.once(
+            "give",
+            (fitted.model, _panelled(project, fitted.model, ()), project.strips.model_dump()),
+            partial(given_way, project, initial, fitted, clock, jobs),
+        )
+        model = outwards(fitted.model)
+    with clock.stage("panels"):
+        lanes = lanes_of(project, model)
+        patches = divided_patches(project, lanes, patches_of(project, lanes))
+        panels, choices, saved, figures = cache.once(
+            "choice",
+            _panelled(project, lanes, patches),
+            partial(panels_of, project, lanes, patches, jobs),
+        )
+        layers = layers_of(project, lanes, patches)
+    made = Design(project, wanted, initial, fitted, model, lanes, patches, panels, choices, layers)
+    bought = "; ".join(filter(None, [bought, saved]))
+    return replace(made, saved=bought, worth={**worth, **figures})
 
 
 def _tradeoff(made: Design, cache: Cache) -> tuple[Mapping[str, float], ...]:
