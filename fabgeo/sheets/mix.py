@@ -21,6 +21,7 @@ from fabgeo.arrays import Array
 type Index = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 MISSING = 20.0  # dearest sheets that a piece without sheet costs
+PIVOTS = 5  # for every row and column; what needs more is left to the interior point method
 NODES = 100  # of the search for whole sheets where no time is given
 
 
@@ -50,11 +51,19 @@ def cheapest_mix(counts: Array, own: Index, costs: Array, demand: Array, stocked
     from scipy.optimize import linprog
 
     cost, rows, bound, open_, short = _rows(counts, own, costs, demand, stocked)
-    found = linprog(cost, A_ub=rows, b_ub=bound, method="highs")
-    prices, dues = np.zeros(len(demand)), np.zeros(len(stocked))
-    prices[open_] = -found.ineqlin.marginals[: len(open_)]
-    dues[short] = -found.ineqlin.marginals[len(open_) :]
-    return Mix(float(found.fun), prices, dues, found.x[: len(own)])
+    found = linprog(
+        cost,
+        A_ub=rows,
+        b_ub=bound,
+        method="highs-ds",
+        options={"maxiter": PIVOTS * sum(rows.shape)},
+    )
+    if found.status != 0:
+        found = linprog(cost, A_ub=rows, b_ub=bound, method="highs-ipm")
+    prices, dues, unit = np.zeros(len(demand)), np.zeros(len(stocked)), costs.max()
+    prices[open_] = -found.ineqlin.marginals[: len(open_)] * unit
+    dues[short] = -found.ineqlin.marginals[len(open_) :] * unit
+    return Mix(float(found.fun) * unit, prices, dues, found.x[: len(own)])
 
 
 def cheapest_choice(
@@ -83,15 +92,20 @@ def cheapest_choice(
 def _rows(
     counts: Array, own: Index, costs: Array, demand: Array, stocked: Array
 ) -> tuple[Array, Any, Array, Index, Index]:
-    """Cost, rows <= bound of all sheets and of pieces left out; open kinds; stocks in short."""
+    """Cost, rows <= bound of all sheets and of pieces left out; open kinds; stocks in short.
+
+    Costs are in units of the dearest sheet: HiGHS takes reduced costs below 1e-7 for zero, whatever
+    their unit, and with square millimetres (3e7 a sheet) rounding alone is more than that: it then
+    mends its solution for ever.
+    """
     from scipy.sparse import csr_array, eye_array, hstack, vstack
 
     (open_,) = np.nonzero(demand > 0.0)
     (short,) = np.nonzero(np.isfinite(stocked))
-    out = np.full(len(open_), MISSING * costs.max())
+    out = np.full(len(open_), MISSING)
     held = csr_array(counts[:, open_].T)
     used = csr_array((own[None, :] == short[:, None]).astype(np.float64))
     none = csr_array((len(short), len(open_)))
     rows = vstack([-hstack([held, eye_array(len(open_))]), hstack([used, none])]).tocsc()
     bound = np.append(-demand[open_], stocked[short])
-    return np.append(costs[own], out), rows, bound, open_, short
+    return np.append(costs[own] / costs.max(), out), rows, bound, open_, short

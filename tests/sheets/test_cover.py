@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 import pytest
+import scipy.optimize
 
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.unfold import flat_polygon
@@ -56,6 +58,32 @@ def test_prices_and_choice_of_a_mix_known_by_hand() -> None:
     assert mix.prices == pytest.approx([3.0, 2.0])
     times = cheapest_choice(counts, own, costs, np.array([4.0, 3.0]), stocked, None)
     assert times.tolist() == [2, 0, 1]
+
+
+@pytest.mark.parametrize("unit", [1.0, 3e7])
+def test_the_mix_takes_few_pivots_in_any_unit_of_cost(
+    unit: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Ten of 83 equal pieces a sheet: whichever they are, 8.3 sheets. In square millimetres the
+    # solver once pivoted for minutes over this.
+    pivots, solve = [], scipy.optimize.linprog
+
+    def counted(*given: Any, **named: Any) -> Any:
+        found = solve(*given, **named)
+        pivots.append(found.nit)
+        return found
+
+    monkeypatch.setattr(scipy.optimize, "linprog", counted)
+    random = np.random.default_rng(1)
+    counts = np.zeros((250, 83))
+    for row in counts:
+        row[random.choice(83, 10, replace=False)] = 1.0
+    own, costs, stocked = np.zeros(250, dtype=np.intp), np.array([unit]), np.array([np.inf])
+    mix = cheapest_mix(counts, own, costs, np.ones(83), stocked)
+    assert mix.cost == pytest.approx(8.3 * unit)
+    assert mix.prices.sum() == pytest.approx(mix.cost)
+    assert len(pivots) == 1
+    assert pivots[0] < 2 * sum(counts.shape)
 
 
 def test_boxes_reach_the_least_sheets() -> None:
