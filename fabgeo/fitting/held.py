@@ -14,6 +14,7 @@ from fabgeo.fitting.samples import Net, Sites
 from fabgeo.strips.model import Kind
 
 ON_BOUNDARY = 0.25  # mean distance, in mean ruling lengths, up to which a border "lies on" it
+OVERHANGS = 0.05  # the same beyond a continued surface's boundary, from which on it overhangs
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,20 @@ def choose(
         not net.closed_i
     ):
         for edge in (0, net.edges - 1):
-            _hold(held.edges, edge, points[edge], sides, choice == "auto")
+            if choice != "auto" or not _overhangs(points[edge], reference):
+                _hold(held.edges, edge, points[edge], sides, choice == "auto")
     if choice in ("ends", "all", "auto"):
         for end in () if net.closed_u else (0, 1):
             polygon = Sites.at_end(net, bool(end)).evaluate(control).reshape(-1, 3)
-            _hold(held.ends, end, polygon, sides, choice == "auto")
+            if choice != "auto" or not _overhangs(polygon, reference):
+                _hold(held.ends, end, polygon, sides, choice == "auto")
     return held
+
+
+def _overhangs(points: Array, reference: Reference) -> bool:
+    """Whether a border lies beyond the boundary, be it by little: held on it, it would be cut."""
+    beyond = np.linalg.norm(reference.outwards(points), axis=-1)
+    return float(beyond.mean()) > OVERHANGS
 
 
 def _hold(held: dict[int, Side], key: int, points: Array, sides: list[Side], if_near: bool) -> None:

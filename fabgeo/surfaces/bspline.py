@@ -12,6 +12,8 @@ from fabgeo.arrays import Array, IntArray, frozen
 from fabgeo.errors import InputError
 from fabgeo.surfaces.chart import Derivatives
 
+MOST_AS_POWERS = 7  # degree up to which powers on a knot span lose no more than rounding
+
 
 class BSplineChart:
     """A B-spline patch.
@@ -72,19 +74,17 @@ class BSplineChart:
             for k, p in zip(self.knots, self.degrees, strict=True)
         ]
         self.spans = (spans[0] * min(self.degrees[0], 3), spans[1] * min(self.degrees[1], 3))
+        self._pieces = [Pieces(k, p) for k, p in zip(self.knots, self.degrees, strict=True)]
 
     def evaluate(self, u: Array, v: Array) -> Derivatives:
         """Points and exact derivatives (k, 3) at parameters (k,)."""
-        iu, bu = basis_functions(self.knots[0], self.degrees[0], u)
-        iv, bv = basis_functions(self.knots[1], self.degrees[1], v)
+        (iu, bu), (iv, bv) = self._pieces[0](u), self._pieces[1](v)
         local = self._homogeneous[iu[:, :, None], iv[:, None, :]]
-        # First along v for all orders, then along u: (k, order v, p + 1, d).
-        along = np.einsum("kabd,obk->koad", local, bv)
-        h = {
-            (a, b): np.einsum("kad,ak->kd", along[:, b], bu[a])
-            for a in range(3)
-            for b in range(3 - a)
-        }
+        k, p, q, dimension = local.shape
+        # First along u for all orders, then along v: (k, order u, q + 1, d).
+        along = (bu @ local.reshape(k, p, q * dimension)).reshape(k, 3, q, dimension)
+        every = bv[:, None] @ along
+        h = {(a, b): every[:, a, b] for a in range(3) for b in range(3 - a)}
         if self.weights is None:
             return Derivatives(h[0, 0], h[1, 0], h[0, 1], h[2, 0], h[1, 1], h[0, 2])
         return _quotient(h)
@@ -113,6 +113,50 @@ def _quotient(h: dict[tuple[int, int], Array]) -> Derivatives:
     suv = (a[1, 1] - w[1, 0] * sv - w[0, 1] * su - w[1, 1] * s) / w[0, 0]
     svv = (a[0, 2] - 2.0 * w[0, 1] * sv - w[0, 2] * s) / w[0, 0]
     return Derivatives(s, su, sv, suu, suv, svv)
+
+
+class Pieces:
+    """The basis functions of a knot vector as polynomials on each knot span, to be quick.
+
+    Answers (k, degree + 1) indices and (k, order, degree + 1) values.
+    """
+
+    def __init__(self, knots: Array, degree: int) -> None:
+        self._knots, self._degree = knots, degree
+        count = len(knots) - degree - 1
+        self._last = max(int(np.searchsorted(knots, knots[count], side="left")) - 1, degree)
+        if degree > MOST_AS_POWERS:
+            return
+        span = np.arange(degree, self._last + 1)
+        self._middle = (knots[span] + knots[span + 1]) / 2.0
+        self._scale = 2.0 / np.maximum(knots[span + 1] - knots[span], 1e-300)
+        # Through the places of Chebyshev in [-1, 1], powers 0..degree.
+        x = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+        t = self._middle[:, None] + x / self._scale[:, None]
+        _, value = basis_functions(knots, degree, t.ravel())
+        inverse = np.linalg.inv(np.vander(x, increasing=True))
+        values = value[0].reshape(degree + 1, len(span), degree + 1)
+        self._powers = np.einsum("mx,asx->sma", inverse, values)
+
+    def __call__(self, t: Array) -> tuple[IntArray, Array]:
+        """Which poles act at t (k,), and their basis functions with two derivatives."""
+        degree = self._degree
+        if degree > MOST_AS_POWERS:
+            index, value = basis_functions(self._knots, degree, t)
+            return index, np.ascontiguousarray(np.moveaxis(value, 2, 0))
+        span = np.searchsorted(self._knots, t, side="right") - 1
+        span = np.minimum(np.maximum(span, degree), self._last)
+        at = span - degree
+        scale = self._scale[at]
+        x = (t - self._middle[at]) * scale
+        power = np.zeros((len(t), 3, degree + 1))
+        power[:, 0, 0] = 1.0
+        for m in range(1, degree + 1):
+            power[:, 0, m] = x * power[:, 0, m - 1]
+        order = np.arange(1.0, degree + 1)
+        power[:, 1, 1:] = order * power[:, 0, :-1] * scale[:, None]
+        power[:, 2, 1:] = order * power[:, 1, :-1] * scale[:, None]
+        return span[:, None] + np.arange(-degree, 1), power @ self._powers[at]
 
 
 def basis_functions(knots: Array, degree: int, t: Array) -> tuple[IntArray, Array]:

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, checked, cross, dot, unit
+from fabgeo.arrays import Array, BoolArray, checked, cross, dot, unit
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints
+from fabgeo.surfaces.trace_extension import ExtendedPoints
 
-DEEPEST = 4  # a step is divided at most into 2 ** DEEPEST
+DEEPEST = 3  # a step is divided at most into 2 ** DEEPEST
 type Field = Callable[[SurfacePoints, Array], Array]
 
 
@@ -84,41 +85,49 @@ def trace_field(
     """
     points, along = checked("points", points, ("n", 3)), checked("along", along, ("n", 3))
 
-    def slope(x: Array, before: Array) -> tuple[Array, Array]:
+    def slope(x: Array, before: Array) -> tuple[Array, Array, BoolArray]:
         at = surface.closest(x)
-        return at.point, field(at, before)
+        inside = at.beyond == 0.0 if isinstance(at, ExtendedPoints) else np.ones(len(x), bool)
+        return at.point, field(at, before), inside
 
-    x, d = slope(points, unit(along))
-    lines = [x]
+    x, d, _ = slope(points, unit(along))
+    lines, lost = [x], np.zeros(len(x), dtype=bool)
     for _ in range(count):
-        x, d = _field_step(slope, x, d, step, tolerance, 0)
+        x, d, lost = _field_step(slope, x, d, lost, step, tolerance, 0)
         lines.append(x)
     return np.stack(lines, axis=1)
 
 
 def _field_step(
-    slope: Callable[[Array, Array], tuple[Array, Array]],
+    slope: Callable[[Array, Array], tuple[Array, Array, BoolArray]],
     x: Array,
     d: Array,
+    lost: BoolArray,
     h: float,
     tolerance: float,
     depth: int,
-) -> tuple[Array, Array]:
-    """One Runge-Kutta step; curves whose error estimate is too large take two half steps."""
-    _, d2 = slope(x + 0.5 * h * d, d)
-    _, d3 = slope(x + 0.5 * h * d2, d2)
-    _, d4 = slope(x + h * d3, d3)
-    new, last = slope(x + h * (d + 2.0 * d2 + 2.0 * d3 + d4) / 6.0, d4)
+) -> tuple[Array, Array, BoolArray]:
+    """One Runge-Kutta step; curves whose error estimate is too large take two half steps.
+
+    A curve that the shortest steps do not follow either has come where the field has no direction.
+    It is `lost`: from there on it takes whole steps, as all do beyond a surface's boundary.
+    """
+    _, d2, _ = slope(x + 0.5 * h * d, d)
+    _, d3, _ = slope(x + 0.5 * h * d2, d2)
+    _, d4, _ = slope(x + h * d3, d3)
+    new, last, inside = slope(x + h * (d + 2.0 * d2 + 2.0 * d3 + d4) / 6.0, d4)
     # The fourth stage against the slope at the step's end: zero for an exact step.
     error = np.linalg.norm(d4 - last, axis=1) / 6.0
-    bad = error > tolerance
-    if depth < DEEPEST and bad.any():
-        half = x[bad], d[bad]
+    bad = (error > tolerance) & inside & ~lost
+    if depth == DEEPEST:
+        return new, last, lost | bad
+    if bad.any():
+        half = x[bad], d[bad], lost[bad]
         for _ in range(2):
             half = _field_step(slope, *half, 0.5 * h, tolerance, depth + 1)
-        new, last = new.copy(), last.copy()
-        new[bad], last[bad] = half
-    return new, last
+        new, last, lost = new.copy(), last.copy(), lost.copy()
+        new[bad], last[bad], lost[bad] = half
+    return new, last, lost
 
 
 def trace_principal(

@@ -8,7 +8,7 @@ from fit_helpers import Graph, SphereZone, iso_start, quadric, sphere_start
 
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting import FitOptions, fit
-from fabgeo.fitting.held import Held
+from fabgeo.fitting.held import Held, choose
 from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.points import closest_sites
 from fabgeo.fitting.obstacle import obstacle
@@ -18,6 +18,7 @@ from fabgeo.fitting.samples import Net
 from fabgeo.fitting.starts import start
 from fabgeo.strips.measures import measure
 from fabgeo.surfaces.formula import FormulaSurface
+from fabgeo.surfaces.trace_extension import Extended
 
 DOME, SADDLE = (-0.5e-4, -1.5e-4), (0.5e-4, -1.0e-4)
 
@@ -97,6 +98,18 @@ def test_edges_along_asymptotic_directions_are_named_inside():
     assert "u = " in words
     assert "edges run along an asymptotic direction" in words
     assert "start 'principal'" in words
+
+
+def test_a_border_that_overhangs_by_little_is_not_drawn_to_the_boundary():
+    surface = FormulaSurface("u", "v", "-0.5e-4*u**2 - 0.3e-4*v**2", (-4e3, 4e3), (-4e3, 4e3))
+    # 150 mm are a seventh of a strip's width: near enough to be held, were it inside.
+    start = iso_start(quadric(-1e-4, -0.6e-4, half=(4150.0, 4150.0)), 8, 8)
+    control = np.array(start.control) / 1037.5
+    near = choose(Net.of(start), control, Reference(surface, 1037.5), "auto", "general")
+    beyond = choose(Net.of(start), control, Reference(Extended(surface), 1037.5), "auto", "general")
+    assert len(near.ends) == len(near.edges) == 2
+    assert not beyond.ends
+    assert not beyond.edges
 
 
 def test_a_folded_start_is_named():

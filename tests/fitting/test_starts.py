@@ -18,6 +18,7 @@ from fabgeo.fitting.starts.quality import check_folds, quality
 from fabgeo.fitting.starts.sections import net_of_sections
 from fabgeo.surfaces.formula import FormulaSurface
 from fabgeo.surfaces.nurbs import NurbsFace, NurbsSurface
+from fabgeo.surfaces.trace_extension import Extended
 
 DOME = FormulaSurface(
     "u", "v", "-0.5e-4 * u**2 + 0.3e-4 * u * v - 0.3e-4 * v**2", (-4e3, 4e3), (-4e3, 4e3)
@@ -175,6 +176,15 @@ def test_sections_that_do_not_fit_together_are_named():
 
 
 @pytest.mark.slow
+def test_geodesics_reach_beyond_the_boundary_on_all_sides():
+    # An edge along the boundary, now inside, now outside, would be cut in slivers.
+    model = start(MOULDED, "geodesic", 6, 8).model
+    beyond = Extended(MOULDED).beyond
+    u = model.parameters(4)
+    for line in (*model.points(u)[[0, -1]], *np.swapaxes(model.points(u), 0, 1)[[0, -1]]):
+        assert beyond(line).min() > 0.0
+
+
 def test_geodesics_of_a_cylinder_are_helices_and_rulings_fit():
     found = start(TUBE, "geodesic", 6, 8, (0.0, 0.0, 1.0), seed=None)
     points = found.model.points(found.model.parameters(2))

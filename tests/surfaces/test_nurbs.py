@@ -6,7 +6,7 @@ from scipy.interpolate import BSpline
 from scipy.spatial import KDTree
 
 from fabgeo.errors import InputError
-from fabgeo.surfaces.bspline import BSplineChart, basis_functions
+from fabgeo.surfaces.bspline import BSplineChart, Pieces, basis_functions
 from fabgeo.surfaces.nurbs import NurbsFace, NurbsSurface
 
 RANDOM = np.random.default_rng(3)
@@ -22,6 +22,19 @@ def test_basis_functions_are_scipys(degree):
         mine = (coefficients[index] * value[order].T).sum(axis=1)
         theirs = BSpline(knots, coefficients, degree).derivative(order)(t)
         assert mine == pytest.approx(theirs, rel=1e-10, abs=1e-8)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 5, 7, 9])
+def test_pieces_are_the_basis_functions(degree):
+    inner = np.sort(np.append(RANDOM.uniform(0.0, 300.0, 6), [120.0] * min(degree, 2)))
+    knots = np.concatenate([[0.0] * (degree + 1), inner, [300.0] * (degree + 1)])
+    t = np.concatenate([RANDOM.uniform(0.0, 300.0, 200), [0.0, 300.0], inner])
+    index, value = basis_functions(knots, degree, t)
+    acting, quick = Pieces(knots, degree)(t)
+    np.testing.assert_array_equal(acting, index)
+    for order in range(3):
+        size = max(float(np.abs(value[order]).max()), 1e-300)
+        assert np.abs(quick[:, order].T - value[order]).max() <= 1e-10 * size
 
 
 def quarter_arcs() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

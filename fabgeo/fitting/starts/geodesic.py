@@ -8,11 +8,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fabgeo.arrays import Array, checked, cross, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
+from fabgeo.fitting.starts.overhang import uncovered
 from fabgeo.fitting.starts.polyline import even_with_tangents
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface, size_of
@@ -20,6 +22,7 @@ from fabgeo.surfaces.trace import both_ways, trace_geodesics
 from fabgeo.surfaces.trace_extension import Extended
 
 LINES, STEPS = 25, 32
+ROUNDS = 4  # of seed curves that go on farther, until the surface is covered
 
 
 def geodesic_start(
@@ -46,10 +49,35 @@ def geodesic_start(
         Degrees between seed curve and geodesics.
     """
     extended = Extended(surface)
-    curve = default_seed(surface, direction) if seed is None else checked("seed", seed, (None, 3))
-    net = geodesic_net(extended, curve, angle, overhang)
+    if seed is None:
+        net = _covering_net(extended, direction, angle, overhang)
+    else:
+        net = geodesic_net(extended, checked("seed", seed, (None, 3)), angle, overhang)
     model, notes = model_of_net(net, extended, strips, segments, **options)
     return model, [f"geodesics at {angle:.0f} deg to a seed curve", *notes]
+
+
+def _covering_net(surface: Extended, direction: Any, angle: float, overhang: float) -> Net:
+    """Geodesics across a seed curve that goes on until the outermost lie beyond the boundary.
+
+    An edge along the boundary, now inside, now outside, would be cut in slivers.
+    """
+    curve = default_seed(surface.inner, direction)
+    margin = overhang * float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()) / LINES
+    ahead = np.full(2, margin)
+    net = None
+    for _ in range(ROUNDS):
+        longer = default_seed(surface.inner, direction, ahead)
+        if net is not None and len(longer) == len(curve):
+            break  # it leads round the surface
+        curve = longer
+        net = geodesic_net(surface, curve, angle, overhang)
+        missing = uncovered(net.points, surface)[0]
+        if not missing.any():
+            break
+        ahead = np.where(missing > 0.0, ahead + missing + margin, ahead)
+    assert net is not None  # the first round found one, or raised
+    return net
 
 
 def geodesic_net(
@@ -91,8 +119,13 @@ def geodesic_net(
     return Net(rows)
 
 
-def default_seed(surface: DesignSurface, direction: Any = None) -> Array:
-    """The geodesic through the middle of the surface across a direction, within the boundary."""
+def default_seed(
+    surface: DesignSurface, direction: Any = None, ahead: npt.ArrayLike = (0.0, 0.0)
+) -> Array:
+    """The geodesic through the middle of the surface across a direction, within the boundary.
+
+    `ahead` is how far it goes on beyond the boundary at its begin and its end.
+    """
     at = surface.sample(400)
     centre = surface.closest(at.point.mean(axis=0)[None])
     along = _axis(at.point, direction)
@@ -105,10 +138,11 @@ def default_seed(surface: DesignSurface, direction: Any = None) -> Array:
         lambda x, d: trace_geodesics(extended, x, d, step, 64)[0], centre.point, across[None]
     )
     line = lines[0]
-    inside = extended.beyond(line) == 0.0
-    first = middle - int(np.argmin(inside[middle::-1])) if not inside[: middle + 1].all() else 0
-    last = middle + int(np.argmin(inside[middle:])) if not inside[middle:].all() else len(line) - 1
-    return line[max(first, 0) : last + 1]
+    beyond, (before, after) = extended.beyond(line), np.asarray(ahead)
+    back, on = beyond[middle::-1] > before, beyond[middle:] > after
+    first = middle - int(np.argmax(back)) if back.any() else 0
+    last = middle + int(np.argmax(on)) if on.any() else len(line) - 1
+    return line[first : last + 1]
 
 
 def _axis(points: Array, direction: Any) -> Array:

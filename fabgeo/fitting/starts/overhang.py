@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, dot, unit
 from fabgeo.fitting.starts.net import Net
 from fabgeo.surfaces.trace_extension import Extended
 
@@ -36,6 +37,24 @@ def shortened(net: Net, shares: tuple[float, float]) -> Net:
     s = np.arange(rows) / (rows if net.closed_s else rows - 1)
     t = np.linspace(shares[0], 1.0 - shares[1], columns)
     return Net(net.sampled(s, t), net.closed_s, False)
+
+
+def uncovered(points: Array, surface: Extended) -> Array:
+    """How far the boundary lies beyond the outer lines of a net: (rows, columns) x (first, last).
+
+    0 where the outer line lies wholly beyond the boundary: the net covers the surface there.
+    """
+    border = np.concatenate(surface.loops)
+    missing = np.zeros((2, 2))
+    for axis in (0, 1):
+        lines = np.moveaxis(points, axis, 0)
+        for side, (outer, inner) in enumerate(((lines[0], lines[1]), (lines[-1], lines[-2]))):
+            if surface.beyond(outer).min() > 0.0:
+                continue
+            near = KDTree(outer).query(border)[1]
+            out = dot(border - outer[near], unit(outer - inner)[near])
+            missing[axis, side] = max(float(out.max()), 0.0)
+    return missing
 
 
 def _continued(net: Net, surface: Extended, shares: tuple[float, float]) -> Net:

@@ -8,16 +8,17 @@ later, see `strips.trim`).
 
 from __future__ import annotations
 
+import weakref
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
+from fabgeo.fitting.starts.overhang import uncovered
 from fabgeo.fitting.starts.polyline import even_with_tangents
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
@@ -28,6 +29,7 @@ LINES = 19  # of each family, before resampling
 STEPS = 44  # of a traced line, each way
 STEP = 1 / 37  # of the surface's size: lines are longer than it, so that far corners cross
 ROUNDS = 3  # of lines laid further out, until they cover the surface
+_LAST: list[Any] = []  # the surface, what was asked of it, and the net found
 
 
 def principal_start(
@@ -55,7 +57,7 @@ def principal_start(
     if direction not in ("larger", "smaller"):
         raise InputError("direction", f"expected 'larger' or 'smaller', found {direction!r}")
     notes = _umbilic_notes(surface)
-    net, at = principal_net(surface, seed, overhang)
+    net, at = _remembered(surface, seed, overhang)
     if direction == "smaller":
         net = net.turned
     options.setdefault("conjugate", False)
@@ -93,7 +95,7 @@ def principal_net(
             if best is None:
                 raise
             break  # further out the lines are no net
-        missing = _uncovered(points, extended)
+        missing = uncovered(points, extended)
         if missing.sum() < least:
             best, least = points, missing.sum()
         if best is not points or not least:
@@ -101,6 +103,21 @@ def principal_net(
         ahead += np.where(missing > 0.0, missing + step, 0.0)
     assert best is not None  # the first round found one, or raised
     return Net(_cropped(best, extended, overhang)), at
+
+
+def _remembered(surface: DesignSurface, seed: Any, overhang: float) -> tuple[Net, SurfacePoints]:
+    """The net, or its refusal, traced once for edges along either family."""
+    asked = repr(seed), overhang
+    if not _LAST or _LAST[0]() is not surface or _LAST[1] != asked:
+        found: tuple[Net, SurfacePoints] | GeometryError
+        try:
+            found = principal_net(surface, seed, overhang)
+        except GeometryError as error:
+            found = error
+        _LAST[:] = weakref.ref(surface), asked, found
+    if isinstance(_LAST[2], GeometryError):
+        raise _LAST[2]
+    return _LAST[2]
 
 
 class _Spine:
@@ -120,24 +137,6 @@ class _Spine:
         start = first[-1] if len(first) else 0
         stop = self.middle + last[0] + 1 if len(last) else len(self.line)
         return self.line[start:stop]
-
-
-def _uncovered(points: Array, surface: Extended) -> Array:
-    """How far the boundary lies beyond the outer lines of a net: (rows, columns) x (first, last).
-
-    0 where the outer line lies wholly beyond the boundary: the net covers the surface there.
-    """
-    border = np.concatenate(surface.loops)
-    missing = np.zeros((2, 2))
-    for axis in (0, 1):
-        lines = np.moveaxis(points, axis, 0)
-        for side, (outer, inner) in enumerate(((lines[0], lines[1]), (lines[-1], lines[-2]))):
-            if surface.beyond(outer).min() > 0.0:
-                continue
-            near = KDTree(outer).query(border)[1]
-            out = dot(border - outer[near], unit(outer - inner)[near])
-            missing[axis, side] = max(float(out.max()), 0.0)
-    return missing
 
 
 def _family(surface: Extended, points: Array, tangents: Array, along: Array, step: float) -> Array:
