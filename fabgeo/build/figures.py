@@ -9,6 +9,7 @@ figure
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -228,6 +229,8 @@ def limits_of(project: Project) -> tuple[Limit, ...]:
     }
     asked += [(key, getattr(given, key), None, label, key) for key, label in plain.items()]
     out = [limit(*row) for row in asked]
+    share = limit("covered_share", given.covered_share, None, "Surface covered", "covered_share")
+    out.append(replace(share, sense="min"))
     for key, label in (
         ("folds", "Folded strips"),
         ("invalid_solids", "Invalid solids"),

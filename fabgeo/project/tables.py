@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 type Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 type NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 type Finite = Annotated[float, Field(allow_inf_nan=False)]
+type Share = Annotated[float, Field(gt=0.0, le=1.0)]
 type Count = Annotated[int, Field(ge=1)]
 type Unit = Literal["mm", "cm", "m", "in", "ft"]
 type Point = tuple[Finite, Finite, Finite]
@@ -209,11 +210,16 @@ class Cutting(Table):
 
 
 class Limits(Table):
-    """Limits of the verdicts; one that is absent is reported without verdict."""
+    """Limits of the verdicts; one that is absent is reported without verdict.
+
+    `covered_share` is the least share of the design surface that the strips have to cover; other
+    limits are the most that a figure may be.
+    """
 
     deviation_max_mm: Positive | None = None
     deviation_over_sag_limit: Positive | None = 1.2
     twist_max_deg: Positive | None = 0.02
+    covered_share: Share | None = None
     kink_added_good_deg: Positive = 1.0
     kink_added_warn_deg: Positive = 3.0
     gap_max_mm: Positive = 2.0

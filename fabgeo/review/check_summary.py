@@ -8,7 +8,7 @@ from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
 from fabgeo.review.record import SUMMARY_KEYS, Limit
-from fabgeo.review.verdicts import ORDER, judge
+from fabgeo.review.verdicts import ORDER, failed_verdicts, judge
 
 EXACT = {"solids": 0.0, "invalid_solids": 0.0, "unplaced_parts": 0.0, "utilisation": 2e-3}
 
@@ -87,14 +87,12 @@ def _verdicts(package: WrittenPackage, review: dict[str, Any], findings: Finding
         for key, own in (review.get("limits") or {}).items()
     ]
     parts = review.get("parts") or {}
-    failed = 0
     others = (*package.tables["beams"], *package.tables["cells"])
     rows = {**package.cut_rows, **{row.get("mark", ""): row for row in others}}
     for mark, part in parts.items():
         figures = {k: v for k, v in part.items() if isinstance(v, int | float)}
         verdict, _ = judge(limits, figures)
         stated = part.get("verdict")
-        failed += stated == "fail"
         if stated not in ORDER or ORDER.index(stated) < ORDER.index(verdict):
             findings.add(mark, "verdict in review.json by its figures", verdict, stated)
         row = rows.get(mark)
@@ -102,7 +100,11 @@ def _verdicts(package: WrittenPackage, review: dict[str, Any], findings: Finding
             findings.add(mark, "verdict in its schedule row", stated, row.get("verdict"))
         if row is not None:
             _same_figures(mark, part, row, findings)
-    total = (review.get("summary") or {}).get("failed_verdicts")
+    summary = review.get("summary") or {}
+    total = summary.get("failed_verdicts")
+    failed = failed_verdicts(
+        {"parts": parts, "limits": review.get("limits") or {}, "summary": summary}
+    )
     if total is not None and total != failed:
         findings.add("checks/review.json", "summary failed_verdicts", failed, total)
 

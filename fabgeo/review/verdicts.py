@@ -85,7 +85,6 @@ def review_of(record: ReviewRecord) -> dict[str, Any]:
         parts[mark]["reason"] = row.get("reason") or reason
     summary = {key: _plain(record.summary.get(key)) for key in SUMMARY_KEYS}
     summary |= {k: _plain(v) for k, v in record.summary.items() if k not in summary}
-    summary["failed_verdicts"] = sum(part["verdict"] == "fail" for part in parts.values())
     limits = {
         limit.key: {
             "good": limit.good,
@@ -97,7 +96,18 @@ def review_of(record: ReviewRecord) -> dict[str, Any]:
         for limit in record.limits
     }
     seconds = {stage: round(float(value), 3) for stage, value in record.seconds.items()}
-    return {"summary": summary, "limits": limits, "parts": parts, "seconds": seconds}
+    review = {"summary": summary, "limits": limits, "parts": parts, "seconds": seconds}
+    summary["failed_verdicts"] = failed_verdicts(review)
+    return review
+
+
+def failed_verdicts(review: Mapping[str, Any]) -> int:
+    """How many parts fail, and figures of the package that no part has for its own."""
+    parts = review["parts"].values()
+    of_parts = {key for part in parts for key in part}
+    whole = package_verdicts(review).items()
+    failed = [verdict for key, (verdict, _) in whole if key not in of_parts]
+    return [*(part.get("verdict") for part in parts), *failed].count("fail")
 
 
 def package_verdicts(review: Mapping[str, Any]) -> dict[str, tuple[Verdict, str]]:
@@ -106,7 +116,7 @@ def package_verdicts(review: Mapping[str, Any]) -> dict[str, tuple[Verdict, str]
     for key, own in review["limits"].items():
         value = review["summary"].get(key)
         if value is not None:
-            limit = Limit(key, own["good"], own["warn"], sense=own["sense"])
+            limit = Limit(key, own.get("good"), own.get("warn"), sense=own.get("sense", "max"))
             found[key] = judge([limit], {key: value})
     return found
 

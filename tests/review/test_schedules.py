@@ -154,6 +154,15 @@ def test_review_json_has_the_contract_s_keys_and_null_where_not_asked(tmp_path: 
     assert review_of(made) == review
 
 
+def test_a_figure_that_no_part_has_counts_as_one_failed_verdict() -> None:
+    made = record(2, 2)
+    few = len([m for m, p in review_of(made)["parts"].items() if p["verdict"] == "fail"])
+    own = replace(made, limits=(*made.limits, Limit("covered_share", 0.98, sense="min")))
+    for share, more in ((0.97, 1), (0.99, 0)):
+        review = review_of(replace(own, summary={**made.summary, "covered_share": share}))
+        assert review["summary"]["failed_verdicts"] == few + more
+
+
 def test_the_manifest_knows_every_file(tmp_path: Path) -> None:
     write_schedules(tmp_path, record(2, 2))
     (tmp_path / ".lock").write_text("x")
