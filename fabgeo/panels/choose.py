@@ -6,9 +6,9 @@ is fitted against the neighbours as chosen, and the programme is solved again, u
 gained. Last, strip by strip, integer programmes over continuous placements
 (`fabgeo.panels.programme`) look for what sweeps have missed.
 
-The same programmes without neighbours bound how far that is from the least cost of all: what the
-strips cost each at its best, to first order no choice of any placements undercuts. Where every
-panel has its cheapest class, that is proven, and nothing more is looked for.
+The same programmes without neighbours bound how far that is from the least cost of all: to first
+order, and with limits wider by all that is not linear (`fabgeo.panels.proof`) as a proof. Where
+every panel has its cheapest class, nothing more is looked for.
 """
 
 from __future__ import annotations
@@ -38,10 +38,14 @@ class JointChoice:
     cost : float
         Sum of the chosen classes' costs.
     bound : float
-        The solver's, over continuous placements: the sum of what the strips cost at least, each
-        without regard to the others. Features are linear about every panel's closest shape in
-        these programmes, their limits 3 % wider than the given ones: the bound is proven to first
-        order, of placements near the closest ones. Far from them (by tens of millimetres along
+        Proven by the solver, over continuous placements: the sum of what the strips cost at
+        least, each without regard to the others, with limits wider by what gaps, kinks and
+        deviations are off linear ones (`fabgeo.panels.enclosure`). It concerns placements up to
+        three times as far from the closest ones as limits allow to first order; where that is too
+        far for anything to be proven, a panel counts as able to be made as its cheapest class.
+    nearly : float
+        The same with features linear about every panel's closest shape and limits 3 % wider:
+        a bound to first order only. Far from the closest shapes (tens of millimetres along
         directions that hardly change a panel) features may be off by half a limit.
     among : float
         Proven by the solver: no choice among the candidates costs less.
@@ -63,6 +67,7 @@ class JointChoice:
     panels: tuple[PanelChoice, ...]
     cost: float
     bound: float
+    nearly: float
     among: float
     floor: float
     one_by_one: float
@@ -88,15 +93,16 @@ class JointChoice:
             "panels_cost": self.cost,
             "panels_cost_one_by_one": self.one_by_one,
             "panels_cost_bound": self.bound,
+            "panels_cost_first_order": self.nearly,
             "panels_cost_floor": self.floor,
         }
 
     def __str__(self) -> str:
         return (
             f"cost {self.cost:g} chosen together, {self.one_by_one:g} panel by panel: "
-            f"{100 * self.saving:.1f} % saved; by the solver's bound {self.bound:g}, to first "
-            f"order in the placements, no choice saves more than {100 * self.most:.1f} %; "
-            f"no panel's deviation allows less than {self.floor:g} in all"
+            f"{100 * self.saving:.1f} % saved; no choice saves more than {100 * self.most:.1f} % "
+            f"(cost {self.bound:g}, proven by the solver's bound), to first order in the "
+            f"placements {100 * (1.0 - self.nearly / self.one_by_one):.1f} % (cost {self.nearly:g})"
         )
 
 
@@ -150,6 +156,8 @@ def choose(
     if rounds:
         placing.prove()
         result = _placed(placing, rounds, history) or result
+    floor = float(search.floors.sum())
+    proven = search.cost if search.proven else placing.certify() if rounds else floor
     chosen = describe(
         panels,
         search.own,
@@ -163,9 +171,10 @@ def choose(
     return JointChoice(
         panels=tuple(chosen),
         cost=search.cost,
-        bound=float(placing.bounds.sum()),
+        bound=proven,
+        nearly=max(proven, float(placing.bounds.sum())),
         among=result.bound,
-        floor=float(search.floors.sum()),
+        floor=floor,
         one_by_one=one_by_one,
         candidates=len(search.pool),
         status="time limit" if placing.late else result.status,
@@ -206,6 +215,11 @@ def _placed(placing: StripPlacing, rounds: int, history: list[float]) -> Integer
         if search.proven or gain * min(1.0, gain / before) < _GAIN:
             break
         before = gain
+    for _ in range(rounds):
+        placing.improve_pairs()
+        history.append(search.cost)
+        if search.proven or _gain(history) < _GAIN:
+            break
     return search.choose()
 
 

@@ -60,3 +60,30 @@ def colours_of(groups: Sequence[IntArray], joints: Joints) -> IntArray:
         taken = {int(colour[other]) for other in beside[k]}
         colour[k] = next(c for c in range(len(groups)) if c not in taken)
     return colour
+
+
+def matchings_of(groups: Sequence[IntArray], joints: Joints, count: int = 2) -> list[IntArray]:
+    """Pairs (n, 2) of groups that joints connect, each group in one of them at most (greedy).
+
+    Parameters
+    ----------
+    count : int
+        Number of matchings; no pair is in two of them.
+    """
+    label = np.full(int(joints.panels.max(initial=0)) + 1, -1, dtype=np.int64)
+    for k, group in enumerate(groups):
+        label[group] = k
+    pairs = np.unique(np.sort(label[joints.panels], axis=1), axis=0)
+    left = [(a, b) for a, b in pairs.tolist() if a != b and a >= 0]
+    out = []
+    for _ in range(count):
+        taken: set[int] = set()
+        found = []
+        for a, b in left:
+            if a not in taken and b not in taken:
+                taken |= {a, b}
+                found.append((a, b))
+        left = [pair for pair in left if pair not in set(found)]
+        if found:
+            out.append(np.array(found))
+    return out

@@ -30,7 +30,6 @@ _SAME: _Settings = {
 # take minutes of refactoring where these take tenths of a second.
 _BRANCHED: _Settings = {
     "presolve": "off",
-    "simplex_iteration_limit": 2000,
     "simplex_scale_strategy": 0,
     "dual_simplex_cost_perturbation_multiplier": 0.0,
 }
@@ -51,8 +50,9 @@ class Programme:
     small : bool
         Whether to branch here: preparing the integer search takes HiGHS ten times as long as the
         few linear programmes that a small one needs. Only integers may have costs then.
-    nodes : int
-        Most nodes of the integer search.
+    nodes, iterations : int
+        Most nodes of the integer search, and most steps of the simplex method in each of them
+        where we branch here.
     seconds : float or None
         Limit by the clock, for who prefers it to repeatable results.
     """
@@ -66,6 +66,7 @@ class Programme:
     whole: BoolArray
     small: bool = True
     nodes: int = 16
+    iterations: int = 2000
     seconds: float | None = None
 
 
@@ -143,7 +144,7 @@ def _branched(programme: Programme) -> Solution:
 
     Costs of choices are multiples of what divides all prices: bounds are rounded up to them.
     """
-    highs = _loaded(programme, _BRANCHED)
+    highs = _loaded(programme, _BRANCHED | {"simplex_iteration_limit": programme.iterations})
     whole = np.flatnonzero(programme.whole).astype(np.int32)
     step = divisor(programme.cost[whole])
     best, x, lost = np.inf, None, np.inf

@@ -4,24 +4,30 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fabgeo.arrays import Array, BoolArray, IntArray
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
+from fabgeo.panels.enclosure import Meeting, enclose
 from fabgeo.panels.firstorder import Boundaries, Option, option_of
-from fabgeo.panels.groups import colours_of, strips_of
+from fabgeo.panels.groups import colours_of, matchings_of, strips_of
 from fabgeo.panels.highs import all_solved, divisor
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.programme import Decision, Group, Rim, choosing, settling
+from fabgeo.panels.proof import bounding, kinks_open
 from fabgeo.panels.search import Search, scatter
 
 _FITTED = len(CLASSES) - 1
 _CYLINDER = CLASSES.index("cylinder")
 _WIDE = 1.03  # of the limits in a bound: more than what linear features are off
 _NARROW = 0.98  # of the limits in placements that are to keep them
-_SETTLE = 2  # linear programmes about the placements before
+_SETTLE = 4  # linear programmes about the placements before; the first may still be far off
+_HOPELESS = 1.2  # times the limit: closest shapes farther off are out of reach
+_ENCLOSED = 600  # panels whose boxes are worked out at most
+_WIDEST = 1000  # panels up to which neighbouring strips are placed in pairs, too
 
 
 class StripPlacing:
@@ -41,7 +47,7 @@ class StripPlacing:
     groups : list of (n,) int arrays
         The strips' panels.
     bounds : (g,) array
-        What each strip costs at least, whatever its placements and its neighbours.
+        What each strip costs at least to first order, whatever its placements and neighbours.
     proven : int
         Strips whose bound comes from their programme, not from their panels one by one.
     """
@@ -57,7 +63,7 @@ class StripPlacing:
         self.proven = 0
         self._options: list[Option] = []
         self._offered: list[Option] = []
-        self._tried: dict[int, bytes] = {}  # neighbours that a strip was last placed against
+        self._tried: dict[bytes, bytes] = {}  # neighbours that strips were last placed against
 
     @property
     def costs(self) -> Array:
@@ -110,45 +116,107 @@ class StripPlacing:
             if np.isfinite(solution.bound):
                 self.bounds[g] = max(self.bounds[g], solution.bound)
 
-    def improve(self) -> None:
-        """Place strips that cost more than they must against their neighbours as chosen.
+    def certify(self) -> float:
+        """What all panels cost at least, proven for placements in their boxes (`enclosure`).
 
-        Strips of one colour have no joint in common: they are placed at once.
+        Classes whose closest shape is off by more than `_HOPELESS` times the limit are left out.
+        Strips that cost more than their panels must are looked at, up to `_ENCLOSED` panels.
         """
+        search, limits, prices = self.search, self.search.tolerances, self.search.costs.by_kind
+        near = [
+            deviation(search.samples, base)[0] <= _HOPELESS * limits.deviation_mm
+            for base in search.own.fits
+        ]
+        least = np.min([np.where(n, prices[k], prices[-1]) for k, n in enumerate(near)], axis=0)
+        floors = np.array([least[group].sum() for group in self.groups])
+        order = np.argsort(floors - self.costs, kind="stable")
+        count = np.cumsum([len(self.groups[g]) for g in order])
+        looked = order[(self.costs[order] > floors[order] + 1e-6) & (count <= _ENCLOSED)]
+        if not len(looked):
+            return float(floors.sum())
+        inside = np.zeros(len(least), dtype=bool)
+        inside[np.concatenate([self.groups[g] for g in looked])] = True
+        meeting = Meeting.of(search.joints)
+        options = [
+            enclose(option, search.samples, search.joints, meeting, limits)
+            for option in (
+                self._option(k, base, near[k] & inside & (prices[k] < prices[-1]))
+                for k, base in enumerate(search.own.fits)
+            )
+            if option.able.any()
+        ]
+        least[inside] = prices[-1]
+        for option in options:
+            least = np.where(option.able, np.minimum(least, prices[option.kind]), least)
+        eta = kinks_open(search.joints, meeting, options, limits)
+        asked = [
+            bounding(
+                self._alone(self.groups[g]),
+                options,
+                search.joints,
+                meeting.own / limits.kink,
+                eta,
+                prices,
+            )
+            for g in looked
+        ]
+        found = all_solved(asked, self.jobs) if options else []
+        floors = np.array([least[group].sum() for group in self.groups])
+        for g, solution in zip(looked, found, strict=bool(options)):
+            floors[g] = max(floors[g], solution.bound)
+        return float(floors.sum())
+
+    def improve(self) -> None:
+        """Place strips that cost more than they must against their neighbours as chosen."""
+        self._improve(self.groups, self.bounds)
+
+    def improve_pairs(self) -> None:
+        """The same of pairs of neighbouring strips, looking at all features of their joints."""
+        if len(self.search.samples) > _WIDEST:
+            return
+        for pairs in matchings_of(self.groups, self.search.joints):
+            both = [np.concatenate([self.groups[a], self.groups[b]]) for a, b in pairs.tolist()]
+            self._improve(both, self.bounds[pairs].sum(axis=1), wide=True)
+
+    def _improve(self, groups: Sequence[IntArray], bounds: Array, wide: bool = False) -> None:
+        """Groups of one colour have no joint in common: they are placed at once."""
         search = self.search
-        colour = colours_of(self.groups, search.joints)
+        colour = colours_of(groups, search.joints)
         for each in range(int(colour.max(initial=-1)) + 1):
             if self.late:
                 break
-            open_ = (colour == each) & (self.costs > self.bounds + 1e-6)
-            some = [g for g in np.flatnonzero(open_).tolist() if self._anew(g)]
-            groups = [self._beside(self.groups[g]) for g in some]
-            decisions = self._cheaper(groups, self.costs[some])
-            found = [(g, d) for g, d in zip(groups, decisions, strict=True) if d is not None]
+            cost = search.costs.of(search.pool)[search.current]
+            costs = np.array([cost[group].sum() for group in groups])
+            open_ = (colour == each) & (costs > bounds + 1e-6)
+            some = [g for g in np.flatnonzero(open_).tolist() if self._anew(groups[g])]
+            beside = [self._beside(groups[g]) for g in some]
+            decisions = self._cheaper(beside, costs[some], wide)
+            found = [(g, d) for g, d in zip(beside, decisions, strict=True) if d is not None]
             if found:
                 before = len(search.pool)
                 self._settle([g for g, _ in found], [d for _, d in found])
                 search.choose(before)
 
-    def _anew(self, group: int) -> bool:
-        """Whether neighbours of a strip stand otherwise than when it was last placed."""
+    def _anew(self, group: IntArray) -> bool:
+        """Whether neighbours of a group stand otherwise than when it was last placed."""
         search = self.search
-        here = np.isin(search.joints.panels, self.groups[group])
+        here = np.isin(search.joints.panels, group)
         beside = search.joints.panels[here[:, ::-1] & ~here]
         stand = search.current[beside].tobytes()
-        anew = self._tried.get(group) != stand
-        self._tried[group] = stand
+        anew = self._tried.get(group.tobytes()) != stand
+        self._tried[group.tobytes()] = stand
         return anew
 
-    def _cheaper(self, groups: Sequence[Group], costs: Array) -> list[Decision | None]:
+    def _cheaper(self, groups: Sequence[Group], costs: Array, wide: bool) -> list[Decision | None]:
         """Classes and placements of groups that cost less than now; None where there are none."""
-        prices, options = self.search.costs.by_kind, self.offered
+        prices, options, joints = self.search.costs.by_kind, self.offered, self.search.joints
         least = divisor(prices)  # what a cheaper choice saves
         asked = [
-            choosing(group, options, self.search.joints, prices, _NARROW, cost - 0.99 * least)
+            choosing(group, options, joints, prices, _NARROW, cost - 0.99 * least, every=wide)
             for group, cost in zip(groups, costs, strict=True)
         ]
-        found = all_solved([one.programme for one in asked], self.jobs)
+        work = {"nodes": 150, "iterations": 20000} if wide else {}
+        found = all_solved([replace(one.programme, **work) for one in asked], self.jobs)
         return [
             one.decision(group, options, solution)
             for one, group, solution in zip(asked, groups, found, strict=True)
@@ -164,7 +232,7 @@ class StripPlacing:
         steps: Iterable[Sequence[Array] | None] = [decision.steps for decision in decisions]
         stand = self._moved(search.own.fits[-1], groups, self.offered, kind, steps)
         groups = [group for group in groups if np.any(kind[group.panels] != _FITTED)]
-        for _ in range(_SETTLE):
+        for turn in range(_SETTLE):
             options = [
                 self._option(k, stand, kind == k, rolled=few and k == _CYLINDER)
                 for k in range(_FITTED)
@@ -183,8 +251,8 @@ class StripPlacing:
                 for one, group, solution in zip(asked, groups, found, strict=True)
             ]
             stand = self._moved(stand, groups, options, kind, steps)
-        for k in range(_FITTED):
-            search.add(np.flatnonzero(kind == k), k, stand)
+            for k in range(_FITTED) if turn > 0 else ():
+                search.add(np.flatnonzero(kind == k), k, stand)
 
     def _moved(
         self,

@@ -71,7 +71,7 @@ class Decision:
     steps: Sequence[Array]
 
 
-class _Rows:
+class Rows:
     """A sparse matrix with limits on its rows, while it grows."""
 
     def __init__(self) -> None:
@@ -139,6 +139,7 @@ def choosing(
     prices: Array,
     share: float,
     below: float = np.inf,
+    every: bool = False,
 ) -> Choosing:
     """The programme for the cheapest classes and placements of a group.
 
@@ -151,11 +152,13 @@ def choosing(
         features' curvature, below one for placements that keep the limits in spite of it.
     below : float
         Most that a choice may cost: there is none to be found where none is cheaper.
+    every : bool
+        Look at all features of joints, not at few.
     """
     column: dict[tuple[int, int], int] = {}
     cost: list[float] = []
     binary: list[bool] = []
-    rows = _Rows()
+    rows = Rows()
     for p in group.panels.tolist():
         rows.begin(np.ones(1), np.ones(1))
         here = [k for k, option in enumerate(options) if option.able[p]]
@@ -170,7 +173,7 @@ def choosing(
             for sign in (1.0, -1.0):
                 rows.begin(np.full(len(f), -np.inf), np.zeros(len(f)))
                 rows.put(column[p, k], np.hstack([sign * f - share, sign * slope]))
-    few = options[0].few
+    few = np.arange(options[0].edge[0].shape[1]) if every else options[0].few
     for offset, terms in _joint_rows(group, options[0].edge[0].shape[1]):
         rows.begin(offset[few] - share, offset[few] + share)
         for j, side, sign in terms:
@@ -232,7 +235,7 @@ def settling(group: Group, option: Sequence[Option | None], joints: Joints) -> S
         if own is not None:
             column[p], of[p] = count, own
             count += own.count
-    rows = _Rows()
+    rows = Rows()
     for p, own in of.items():
         f = own.value[p]
         for sign in (1.0, -1.0):
