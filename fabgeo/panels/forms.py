@@ -266,4 +266,7 @@ def versine(square: Form) -> Form:
 
 
 def _powers(w: Array, coefficients: Sequence[float]) -> Array:
-    return np.polynomial.polynomial.polyval(w, np.array(coefficients))
+    total = np.zeros_like(w)
+    for c in coefficients[::-1]:
+        total = total * w + c
+    return total

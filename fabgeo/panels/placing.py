@@ -24,7 +24,7 @@ _FITTED = len(CLASSES) - 1
 _CYLINDER = CLASSES.index("cylinder")
 _WIDE = 1.03  # of the limits in a bound: more than what linear features are off
 _NARROW = 0.98  # of the limits in placements that are to keep them
-_SETTLE = 4  # linear programmes about the placements before; the first may still be far off
+_SETTLE = 2  # linear programmes about the placements before
 _HOPELESS = 1.2  # times the limit: closest shapes farther off are out of reach
 _ENCLOSED = 600  # panels whose boxes are worked out at most
 _WIDEST = 1000  # panels up to which neighbouring strips are placed in pairs, too
@@ -194,7 +194,8 @@ class StripPlacing:
             found = [(g, d) for g, d in zip(beside, decisions, strict=True) if d is not None]
             if found:
                 before = len(search.pool)
-                self._settle([g for g, _ in found], [d for _, d in found])
+                turns = 2 * _SETTLE if wide else _SETTLE  # pairs move farther
+                self._settle([g for g, _ in found], [d for _, d in found], turns)
                 search.choose(before)
 
     def _anew(self, group: IntArray) -> bool:
@@ -222,7 +223,7 @@ class StripPlacing:
             for one, group, solution in zip(asked, groups, found, strict=True)
         ]
 
-    def _settle(self, groups: Sequence[Group], decisions: Sequence[Decision]) -> None:
+    def _settle(self, groups: Sequence[Group], decisions: Sequence[Decision], turns: int) -> None:
         """Placements of the classes decided, from linear programmes about them in turn."""
         search = self.search
         kind = np.full(len(search.samples), _FITTED, dtype=np.int64)
@@ -232,7 +233,7 @@ class StripPlacing:
         steps: Iterable[Sequence[Array] | None] = [decision.steps for decision in decisions]
         stand = self._moved(search.own.fits[-1], groups, self.offered, kind, steps)
         groups = [group for group in groups if np.any(kind[group.panels] != _FITTED)]
-        for turn in range(_SETTLE):
+        for turn in range(turns):
             options = [
                 self._option(k, stand, kind == k, rolled=few and k == _CYLINDER)
                 for k in range(_FITTED)
@@ -251,7 +252,7 @@ class StripPlacing:
                 for one, group, solution in zip(asked, groups, found, strict=True)
             ]
             stand = self._moved(stand, groups, options, kind, steps)
-            for k in range(_FITTED) if turn > 0 else ():
+            for k in range(_FITTED) if turn + 1 >= _SETTLE else ():
                 search.add(np.flatnonzero(kind == k), k, stand)
 
     def _moved(
