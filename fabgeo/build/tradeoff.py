@@ -21,7 +21,7 @@ DEVIATIONS_MM = (1.0, 3.0, 6.0)
 ANGLES_DEG = (0.5, 1.0, 3.0)
 NOTES = (
     "mm, deg: tolerances of deviation and added kink. Shares of the panels by class.",
-    "cost: chosen together; least: by the solver, to first order no placements cost less;",
+    "cost: chosen together; least: proven by the solver, no choice of placements costs less;",
     "alone: chosen panel by panel. radii: different radii of cylinders. gap (mm) and added kink",
     "(degrees): the largest between panels as made.",
 )
