@@ -17,7 +17,7 @@ from fabgeo.panels.groups import colours_of, matchings_of, strips_of
 from fabgeo.panels.highs import all_solved, divisor
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.programme import Decision, Group, Rim, choosing, settling
-from fabgeo.panels.proof import bounding, kinks_open
+from fabgeo.panels.proof import bounding_all
 from fabgeo.panels.search import Search, scatter
 
 _FITTED = len(CLASSES) - 1
@@ -127,44 +127,41 @@ class StripPlacing:
             deviation(search.samples, base)[0] <= _HOPELESS * limits.deviation_mm
             for base in search.own.fits
         ]
-        least = np.min([np.where(n, prices[k], prices[-1]) for k, n in enumerate(near)], axis=0)
-        floors = np.array([least[group].sum() for group in self.groups])
-        order = np.argsort(floors - self.costs, kind="stable")
-        count = np.cumsum([len(self.groups[g]) for g in order])
-        looked = order[(self.costs[order] > floors[order] + 1e-6) & (count <= _ENCLOSED)]
-        if not len(looked):
-            return float(floors.sum())
+        least = np.full(len(search.samples), float(prices[-1]))
+        for k, able in enumerate(near):
+            least = np.where(able, np.minimum(least, prices[k]), least)
+        looked = self._dearest(least)
         inside = np.zeros(len(least), dtype=bool)
-        inside[np.concatenate([self.groups[g] for g in looked])] = True
+        inside[[p for g in looked for p in self.groups[g].tolist()]] = True
         meeting = Meeting.of(search.joints)
         options = [
-            enclose(option, search.samples, search.joints, meeting, limits)
-            for option in (
-                self._option(k, base, near[k] & inside & (prices[k] < prices[-1]))
-                for k, base in enumerate(search.own.fits)
+            enclose(
+                self._option(k, base, near[k] & inside),
+                search.samples,
+                search.joints,
+                meeting,
+                limits,
             )
-            if option.able.any()
+            for k, base in enumerate(search.own.fits)
+            if prices[k] < prices[-1] and (near[k] & inside).any()
         ]
         least[inside] = prices[-1]
         for option in options:
             least = np.where(option.able, np.minimum(least, prices[option.kind]), least)
-        eta = kinks_open(search.joints, meeting, options, limits)
-        asked = [
-            bounding(
-                self._alone(self.groups[g]),
-                options,
-                search.joints,
-                meeting.own / limits.kink,
-                eta,
-                prices,
-            )
-            for g in looked
-        ]
-        found = all_solved(asked, self.jobs) if options else []
         floors = np.array([least[group].sum() for group in self.groups])
-        for g, solution in zip(looked, found, strict=bool(options)):
-            floors[g] = max(floors[g], solution.bound)
+        if options:
+            groups = [self._alone(self.groups[g]) for g in looked]
+            asked = bounding_all(groups, options, search.joints, meeting, limits, prices)
+            found = [solution.bound for solution in all_solved(asked, self.jobs)]
+            floors[looked] = np.maximum(floors[looked], found)
         return float(floors.sum())
+
+    def _dearest(self, least: Array) -> IntArray:
+        """Strips that cost more than the least of their panels, by how much more, to a number."""
+        floors = np.array([least[group].sum() for group in self.groups])
+        order = np.argsort(floors - self.costs, kind="stable")
+        count = np.cumsum([len(self.groups[g]) for g in order])
+        return order[(self.costs[order] > floors[order] + 1e-6) & (count <= _ENCLOSED)]
 
     def improve(self) -> None:
         """Place strips that cost more than they must against their neighbours as chosen."""

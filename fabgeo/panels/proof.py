@@ -48,6 +48,19 @@ def kinks_open(
     return np.where(angle < 0.5, 3.0 * angle * most**2 / limits.kink, _UNKNOWN)
 
 
+def bounding_all(
+    groups: Sequence[Group],
+    options: Sequence[Enclosed],
+    joints: Joints,
+    meeting: Meeting,
+    limits: Tolerances,
+    prices: Array,
+) -> list[Programme]:
+    """The programmes of groups; see `bounding`."""
+    own, eta = meeting.own / limits.kink, kinks_open(joints, meeting, options, limits)
+    return [bounding(group, options, joints, own, eta, prices) for group in groups]
+
+
 def bounding(
     group: Group, options: Sequence[Enclosed], joints: Joints, own: Array, eta: Array, prices: Array
 ) -> Programme:
