@@ -13,7 +13,9 @@ The engine rotates a piece about its origin, then adds its `bl_corner`; so do ou
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,7 @@ from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.stock import Placement, Stock
 
 QUEUE = 16  # of the deterministic tree search: 1 CPU second for 24 candidates on a sheet
+STRIP = 4000.0  # its width to the engine, whose search does worse where numbers are small
 
 
 def pack_sheet(
@@ -43,7 +46,8 @@ def pack_sheet(
     shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
     builder.add_bin_type(shape, copies=1)
     parameters = _searching(irregular, seconds, queue)
-    sheets = _placed(irregular.optimize(builder.build(), parameters).solution, pieces, margin)
+    solution = irregular.optimize(builder.build(), parameters).solution
+    sheets = _placed(solution, [[piece] for piece in pieces], margin)
     return sheets[0] if sheets else []
 
 
@@ -52,15 +56,29 @@ def pack_strip(
 ) -> list[Placement]:
     """All pieces on a strip of the given width, as short as found in time: unverified."""
     irregular = _engine()
-    builder = _asked(irregular, pieces, spacing)
+    kinds, scale = alike(pieces), STRIP / width
+    builder = irregular.InstanceBuilder()
+    builder.set_item_item_minimum_spacing(spacing * scale)
+    for kind in kinds:
+        shape = _shape(irregular, kind[0], scale)
+        builder.add_item_type(shape, allowed_rotations=_degrees(kind[0]), copies=len(kind))
     builder.set_objective(irregular.Objective.OpenDimensionX)
     reach = sum(float(np.linalg.norm(np.ptp(piece.polygon, axis=0))) for piece in pieces)
-    builder.add_bin_type(irregular.build_rectangle(reach + spacing * len(pieces), width), copies=1)
+    room = (reach + spacing * len(pieces)) * scale
+    builder.add_bin_type(irregular.build_rectangle(room, STRIP), copies=1)
     parameters = irregular.OptimizeParameters()
     parameters.verbosity_level = 0
     parameters.time_limit = max(seconds, 0.1)
-    sheets = _placed(irregular.optimize(builder.build(), parameters).solution, pieces, 0.0)
-    return sheets[0] if sheets else []
+    sheets = _placed(irregular.optimize(builder.build(), parameters).solution, kinds, 0.0)
+    return [replace(p, x=p.x / scale, y=p.y / scale) for p in sheets[0]] if sheets else []
+
+
+def alike(pieces: Sequence[Piece]) -> list[list[Piece]]:
+    """Pieces of the same polygon and rotations together: engines need not tell them apart."""
+    kinds: dict[tuple[bytes, tuple[float, ...] | None], list[Piece]] = {}
+    for piece in pieces:
+        kinds.setdefault((piece.polygon.tobytes(), piece.rotations), []).append(piece)
+    return list(kinds.values())
 
 
 def _engine() -> Any:
@@ -74,7 +92,7 @@ def _asked(
     builder.set_item_item_minimum_spacing(spacing)
     for k, piece in enumerate(pieces):
         builder.add_item_type(
-            irregular.build_shape([tuple(point) for point in piece.polygon.tolist()]),
+            _shape(irregular, piece),
             allowed_rotations=_degrees(piece),
             copies=1,
             profit=None if worth is None else worth[k],
@@ -93,11 +111,19 @@ def _searching(irregular: Any, seconds: float | None, queue: int) -> Any:
     return parameters
 
 
-def _placed(solution: Any, pieces: Sequence[Piece], margin: float) -> list[list[Placement]]:
+def _shape(irregular: Any, piece: Piece, scale: float = 1.0) -> Any:
+    return irregular.build_shape([tuple(point) for point in (scale * piece.polygon).tolist()])
+
+
+def _placed(
+    solution: Any, kinds: Sequence[Sequence[Piece]], margin: float
+) -> list[list[Placement]]:
+    """Placements, sheet by sheet; every piece of a kind once, more than there are twice."""
+    marks = [cycle([piece.mark for piece in kind]) for kind in kinds]
     return [
         [
             Placement(
-                pieces[item.item_type_id].mark,
+                next(marks[item.item_type_id]),
                 item.bl_corner.x + margin,
                 item.bl_corner.y + margin,
                 float(np.radians(item.angle)),

@@ -4,7 +4,7 @@ Glossary
 --------
 outward-safe
     The polygon holds the exact contour; it is at most `2 GROWTH` larger, so that what an engine
-    lays apart is apart.
+    lays apart is apart. Few straight lines are packed as they are.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from fabgeo.sheets.verify import allowed_rotations
 
 GROWTH = 1.0  # mm; engines slow down with vertices, the loss is a few tenths of a percent
 MOST_VERTICES = 40
+PLAIN = 24
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,12 @@ def piece_of(
 
 
 def safe_polygon(contour: Contour, growth: float = GROWTH, most: int = MOST_VERTICES) -> Array:
-    """Polygon of at most `most` vertices that holds the contour (tolerance grows if it must)."""
+    """Polygon of at most `most` vertices that holds the contour (tolerance grows if it must).
+
+    A contour of `PLAIN` straight lines or fewer is its own polygon.
+    """
+    if len(contour.vertices) <= min(PLAIN, most) and not contour.vertices[:, 2].any():
+        return contour.starts
     while True:
         exact = shapely.Polygon(contour.points(min(growth, 0.05), outside=True))
         # Grown by g with sharp corners, a line that strays less than g still holds the contour.

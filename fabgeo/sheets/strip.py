@@ -11,11 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
 from fabgeo.errors import PartError
-from fabgeo.sheets.packing import pack_strip
+from fabgeo.sheets.packing import alike, pack_strip
 from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.shelf import shelves
 from fabgeo.sheets.stock import Placement, Sheet, Stock
@@ -50,7 +51,7 @@ def nest_strip(
     spacing: float = 0.0,
     seconds: float = 60.0,
     seed: int = 0,
-    engines: Sequence[str] = ENGINES,
+    engines: Sequence[str] | None = None,
 ) -> Strip:
     """Lay all pieces (each mark once) on a strip: the shortest verified layout.
 
@@ -58,13 +59,20 @@ def nest_strip(
     ----------
     seconds : float
         Wall clock; the engines work side by side.
+    engines : sequence of str, optional
+        Of `ENGINES`. If None, both where there are more than two cores; else the first alone,
+        which found shorter strips with both cores than the two with one each.
 
     Raises
     ------
     PartError
         If a piece is wider than the strip.
     """
+    from joblib import cpu_count
+
     best = _rows(pieces, width, spacing)
+    if engines is None:
+        engines = ENGINES if cpu_count() > 2 else ENGINES[:1]
 
     def laid(engine: str) -> list[Placement]:
         if engine == "spyrrow":
@@ -130,15 +138,17 @@ def _spyrrow(
 ) -> list[Placement]:
     import spyrrow
 
+    kinds = alike(pieces)
     items = [
         spyrrow.Item(
             str(k),
-            [tuple(point) for point in piece.polygon.tolist()],
-            1,
-            None if piece.rotations is None else np.degrees(piece.rotations).tolist(),
+            [tuple(point) for point in kind[0].polygon.tolist()],
+            len(kind),
+            None if kind[0].rotations is None else np.degrees(kind[0].rotations).tolist(),
         )
-        for k, piece in enumerate(pieces)
+        for k, kind in enumerate(kinds)
     ]
+    marks = [cycle([piece.mark for piece in kind]) for kind in kinds]
     config = spyrrow.StripPackingConfig(
         early_termination=True,
         min_items_separation=spacing or None,
@@ -149,7 +159,7 @@ def _spyrrow(
     solution = spyrrow.StripPackingInstance("strip", width, items).solve(config)
     return [
         Placement(
-            pieces[int(item.id)].mark,
+            next(marks[int(item.id)]),
             float(item.translation[0]),
             float(item.translation[1]),
             float(np.radians(item.rotation)),

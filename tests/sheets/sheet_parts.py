@@ -87,10 +87,11 @@ def shared_strip(folder: Path, name: str) -> tuple[list[FlatPart], float]:
     """A published strip-packing instance: all copies of its items, and the strip's width."""
     data = json.loads((folder / "nesting" / f"{name}.json").read_text())
     parts = []
+    grains = {(0.0, 180.0): "along", (0.0, 90.0, 180.0, 270.0): "steps"}
     for item in data["items"]:
-        points = np.array(item["shape"]["data"])
+        points, grain = np.array(item["shape"]["data"]), grains[tuple(item["allowed_orientations"])]
         if np.allclose(points[0], points[-1]):
             points = points[:-1]
         for copy in range(item["demand"]):
-            parts.append(flat_polygon(f"{item['id']}.{copy}", "cloth", 1.0, points, grain="along"))
+            parts.append(flat_polygon(f"{item['id']}.{copy}", "cloth", 1.0, points, grain=grain))
     return parts, float(data["strip_height"])

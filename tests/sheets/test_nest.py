@@ -17,11 +17,12 @@ from fabgeo.panels.unfold import flat_polygon
 from fabgeo.sheets.biarc import part_contour
 from fabgeo.sheets.boards import congruence, cut_boards
 from fabgeo.sheets.nest import nest
+from fabgeo.sheets.packing import alike
 from fabgeo.sheets.pieces import piece_of, safe_polygon
 from fabgeo.sheets.preview import nest_figures, sheet_png, sheet_svg
 from fabgeo.sheets.shelf import shelves
 from fabgeo.sheets.stock import Nest, Stock
-from fabgeo.sheets.strip import nest_strip
+from fabgeo.sheets.strip import ENGINES, nest_strip
 from fabgeo.sheets.verify import check_nest
 
 STOCK = Stock("S", "al", 3.0, 3000.0, 1500.0)
@@ -117,13 +118,23 @@ def test_engine_polygons_hold_the_part_with_few_vertices() -> None:
 def test_strips_by_both_engines_are_sound() -> None:
     parts = [box(f"B-{k}", 300.0 + 40 * k, 200.0) for k in range(6)]
     pieces = [piece_of(part) for part in parts]
-    strip = nest_strip(pieces, 450.0, spacing=5.0, seconds=4.0)
+    strip = nest_strip(pieces, 450.0, spacing=5.0, seconds=4.0, engines=ENGINES)
     assert len(strip.placements) == 6
     area = sum(piece.area for piece in pieces)
     assert strip.density == pytest.approx(area / (strip.length * 450.0))
     rows, _ = shelves(pieces, [Stock("x", "", 0, 9000.0, 450.0)], 5.0, 0.0)
     assert rows
     assert strip.length <= 1650.0 + 2.0 * 3, "two rows of three side by side"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_equal_pieces_are_one_kind_to_the_engine_and_each_placed_once(engine: str) -> None:
+    pieces = [piece_of(box(f"B-{k}", 300.0, 200.0)) for k in range(6)]
+    pieces.append(piece_of(box("C-0", 500.0, 100.0)))
+    assert sorted(len(kind) for kind in alike(pieces)) == [1, 6]
+    strip = nest_strip(pieces, 410.0, spacing=5.0, seconds=2.0, engines=[engine])
+    assert sorted(p.mark for p in strip.placements) == sorted(piece.mark for piece in pieces)
+    assert strip.engine == engine
 
 
 def test_planks_and_boards() -> None:
