@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fabgeo.cad.read_surface import read_surface
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts import _called, start
 from fabgeo.fitting.starts.conjugate import conjugate_parameters
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.domain import corners_of, net_of_loops
 from fabgeo.fitting.starts.ends import leans
+from fabgeo.fitting.starts.hindrance import hindrance
 from fabgeo.fitting.starts.iso import iso_net
 from fabgeo.fitting.starts.net import Net, model_through
 from fabgeo.fitting.starts.network import conjugacy_defect
@@ -18,6 +20,7 @@ from fabgeo.fitting.starts.quality import check_folds, quality
 from fabgeo.fitting.starts.sections import net_of_sections
 from fabgeo.surfaces.formula import FormulaSurface
 from fabgeo.surfaces.nurbs import NurbsFace, NurbsSurface
+from fabgeo.surfaces.quadgrid import GridSurface
 from fabgeo.surfaces.trace_extension import Extended
 
 DOME = FormulaSurface(
@@ -176,6 +179,19 @@ def test_sections_that_do_not_fit_together_are_named():
 
 
 @pytest.mark.slow
+def test_a_meshs_own_net_overhangs_for_conical_models():
+    x, y = np.meshgrid(np.linspace(-4e3, 4e3, 9), np.linspace(-3e3, 3e3, 7), indexing="ij")
+    grid = np.stack([x, y, -0.5e-4 * x**2 - 0.3e-4 * y**2], axis=-1)
+    surface = GridSurface(grid)
+    model = start(surface, "mesh", around=True).model
+    assert (model.strips, model.segments) == (10, 8)
+    points = model.points(np.arange(9.0))
+    np.testing.assert_allclose(points[1:-1, 1:-1], grid, atol=1e-9)
+    # The parabolas through the outer vertices are the surface's own: one step further out.
+    np.testing.assert_allclose(points[0, 1:-1, 0], -5e3)
+    np.testing.assert_allclose(points[0, 1:-1, 2], -0.5e-4 * 5e3**2 - 0.3e-4 * grid[0, :, 1] ** 2)
+
+
 def test_geodesics_reach_beyond_the_boundary_on_all_sides():
     # An edge along the boundary, now inside, now outside, would be cut in slivers.
     model = start(MOULDED, "geodesic", 6, 8).model
@@ -230,6 +246,19 @@ def test_a_folded_start_is_named_by_strip_and_u():
     points[[2, 3], 5] = points[[3, 2], 5]  # two edges cross at one station
     with pytest.raises(GeometryError, match=r"strip 2, u = 4\.\d+.*folds"):
         check_folds(model_through(points, False, False), MOULDED, "test")
+
+
+def test_the_property_that_keeps_starts_off_is_named(shared_data):
+    # Gauss's curvature of z = u^2 + v^3 has the sign of v: dome-like there, saddle-like here.
+    mixed = FormulaSurface("u", "v", "0.1*u**2 + 0.02*v**3", (-4, 4), (-4, 4), scale=1000.0)
+    words = hindrance(mixed)
+    dome, saddle = (float(part.split(", ")[1]) for part in words.split("(")[1:3])
+    assert words.startswith("it is dome-like near")
+    assert dome > 0.0 > saddle
+    # A ship's flat bottom with its bilge.
+    words = hindrance(read_surface(shared_data / "surfaces" / "half-hull.step", faces=[1]))
+    assert words.startswith("it is flat on 5")
+    assert "bends with a radius of 1612" in words
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import numpy as np
 
 from fabgeo.errors import FabgeoError, InputError
 from fabgeo.fitting.starts.geodesic import geodesic_start
+from fabgeo.fitting.starts.hindrance import hindrance
 from fabgeo.fitting.starts.iso import iso_start
 from fabgeo.fitting.starts.mesh import mesh_start
 from fabgeo.fitting.starts.model import model_start
@@ -49,6 +50,7 @@ _OF_KIND: dict[Kind, tuple[tuple[str, str], ...]] = {  # what "auto" tries first
     "circular": _PRINCIPAL,
     "geodesic": _PLAIN,
 }
+ALL_ROUND = 0.1  # of its length and width, by which a net for a conical model overhangs
 SHORT = 0.04  # of their length, by which edges stop before a boundary that has no corner there
 _SHARED = ("sag", "conjugate", "project", "ends")
 
@@ -215,21 +217,22 @@ def _auto(
     asked = strips, segments
     # An overhang is one of parameter lines: principal nets have their own.
     plans = _plans(surface, direction, "general" if "overhang" in options else kind)
-    tried = [_tried(surface, *asked, *plan, options) for plan in plans]
+    tried = [_tried(surface, *asked, *plan, kind, options) for plan in plans]
     if len(tried) > 1:
         tried = _trials(tried, surface, kind)
         if "overhang" not in options and not any(c.score < float("inf") for c in tried):
-            tried += _trials(_shorter(tried, surface, asked, options), surface, kind)
+            tried += _trials(_shorter(tried, surface, asked, kind, options), surface, kind)
         further = direction is None and len(surface.loops) == 1
         if further and not any(c.works for c in tried):
             others = [plan for plan in (*_PLAIN, *_FURTHER) if plan not in plans]
-            more = [_tried(surface, *asked, *plan, options) for plan in others]
+            more = [_tried(surface, *asked, *plan, kind, options) for plan in others]
             tried += _trials(more, surface, kind)
     tried.sort(key=lambda c: (c.score == float("inf"), c.trial is None, c.score))
     best = tried[0]
     if best.model is None or best.score == float("inf"):
         reasons = "; ".join(f"{c.name}: {c.problem}" for c in tried)
-        raise InputError(surface.name, f"no start holds on it ({reasons})", _cure(surface))
+        why = f"no start holds on it: {hindrance(surface)} ({reasons})"
+        raise InputError(surface.name, why, _cure(surface))
     return Start(
         best.model,
         best.method,
@@ -240,10 +243,21 @@ def _auto(
     )
 
 
+def _all_round(
+    surface: DesignSurface, method: str, kind: Kind, options: dict[str, Any]
+) -> dict[str, Any]:
+    """Options of iso and mesh starts: a net of principal lines overhangs, as nothing holds it."""
+    if kind not in ("conical", "circular") or not surface.loops or "overhang" in options:
+        return options
+    own = {"iso": {"overhang": ALL_ROUND, "across": True}, "mesh": {"around": True}}
+    return {**options, **own.get(method, {})}
+
+
 def _shorter(
     tried: list[Candidate],
     surface: DesignSurface,
     asked: tuple[int | None, int | None],
+    kind: Kind,
     options: dict[str, Any],
 ) -> list[Candidate]:
     """Iso starts again, ending short of a boundary on which they fold.
@@ -252,7 +266,9 @@ def _shorter(
     """
     less = {**options, "overhang": (-SHORT, -SHORT)}
     return [
-        _tried(surface, *asked, c.method, c.direction, less) for c in tried if c.method == "iso"
+        _tried(surface, *asked, c.method, c.direction, kind, less)
+        for c in tried
+        if c.method == "iso"
     ]
 
 
@@ -286,8 +302,10 @@ def _tried(
     segments: int | None,
     method: str,
     way: str,
+    kind: Kind,
     options: dict[str, Any],
 ) -> Candidate:
+    options = _all_round(surface, method, kind, options)
     try:
         model, notes = _called(method, surface, strips, segments, way or None, None, options)
     except FabgeoError as error:

@@ -38,6 +38,7 @@ def iso_start(
     seed: Any = None,
     *,
     overhang: float | tuple[float, float] | None = None,
+    across: bool = False,
     corners: npt.ArrayLike | None = None,
     **options: Any,
 ) -> tuple[StripModel, list[str]]:
@@ -52,6 +53,8 @@ def iso_start(
         default 0, but 0.2 at an end whose boundary runs in asymptotic directions (see `ends.py`).
         Below 0 edges stop short of it: where a boundary goes round a corner smoothly, edge and
         ruling have one direction there, and no strip reaches it.
+    across : bool
+        Whether strips overhang sideways as well, by the same shares of the surface's width.
     corners : (4, 3) array_like, optional
         Where the boundary is divided into four sides (see `domain.net_of_loops`); lines between
         them are taken even where the surface has parameter lines of its own.
@@ -71,11 +74,10 @@ def iso_start(
         net = shortened(net, (max(-shares[0], 0.0), max(-shares[1], 0.0)))
         notes = [f"edges end {100 * -x:.3g} % short of the boundary" for x in shares if x < 0.0]
         told, shares = [*told, *notes], (max(shares[0], 0.0), max(shares[1], 0.0))
-    if any(shares) and not net.closed_t:
+    if any(shares) and not (net.closed_t and (net.closed_s or not across)):
         reach = Extended(surface)
-        model, notes = model_of_net(
-            overhanging(net, reach, shares), reach, strips, segments, **options
-        )
+        net = overhanging(net, reach, shares, across)
+        model, notes = model_of_net(net, reach, strips, segments, **options)
         notes.append(f"edges overhang by {100 * shares[0]:.0f} and {100 * shares[1]:.0f} %")
     else:
         model, notes = model_of_net(net, surface, strips, segments, **options)
