@@ -26,6 +26,7 @@ from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
 
 _GAIN = 5e-3  # of the cost: what a round has to gain for another one
+_MANY = 1000  # panels beyond which programmes of strips follow upon the first sweeps at once
 
 
 @dataclass(frozen=True)
@@ -127,8 +128,9 @@ def choose(
     tolerances, costs, sheet : optional
         The project's; defaults of the hand-over contract.
     rounds : int
-        Most rounds of new candidates after the first choice, and again of strips' programmes;
-        they end earlier when one gains less than 0.5 %.
+        Most rounds of new candidates after the first choice, again of strips' programmes, and of
+        pairs of strips; they end earlier when one gains less than 0.5 %. Of more than a thousand
+        panels only strips' programmes follow upon the first choice.
     seconds : float, optional
         Limit by the clock of one integer programme over all panels, and of all strips'
         programmes: the choice then depends on the machine, and `status` tells so.
@@ -189,7 +191,7 @@ def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
         search.settle()
     result = search.choose()
     history.append(search.cost)
-    for _ in range(rounds):
+    for _ in range(rounds if len(search.samples) <= _MANY else 0):
         if search.proven or not search.widen():
             break
         result = search.choose()
