@@ -99,6 +99,7 @@ seconds = 10.0            # steps = 3 instead: the same layout every time
 # [limits]
 # deviation_max_mm = 20.0
 # twist_max_deg = 0.02
+# covered_share = 0.98    # of the surface, by strips
 # gap_max_mm = 2.0
 """
 
