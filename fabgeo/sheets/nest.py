@@ -32,6 +32,7 @@ type Listener = Callable[[str], None]
 
 AT_ONCE = 300  # pieces that are laid out together; more go in batches
 SLOWLY = 40  # pieces that the slower engine also lays out where steps are given
+CLOSING = 2.0  # times the rows' check: sheet by sheet and in all, when time is up
 LEAST_SECONDS = 1.0  # an engine needs this long to be of use
 
 
@@ -130,7 +131,9 @@ class _Group:
         rules = self.rules
         layout, unplaced = shelves(self.pieces, rules.stocks, rules.spacing, rules.margin)
         best = self._nest(layout, unplaced)
+        checking = time.monotonic()
         problems = self._problems(best)
+        end -= CLOSING * (time.monotonic() - checking)
         if problems:
             raise PartError(f"nest {self._name}", f"rows of boxes fail the check: {problems[0]}")
         self.say(f"{self._name}: {len(best.sheets)} sheets in rows")
