@@ -12,6 +12,7 @@ The engine rotates a piece about its origin, then adds its `bl_corner`; so do ou
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
@@ -24,6 +25,8 @@ from fabgeo.sheets.pieces import Piece
 from fabgeo.sheets.stock import Placement, Stock
 
 QUEUE = 16  # of the deterministic tree search: 1 CPU second for 24 candidates on a sheet
+FEW, ROOMY = 25, 2.0  # pieces of a strip that begins short; areas of them on it
+TRYING = 0.1  # of the seconds at most, to see whether they have room
 STRIP = 4000.0  # its width to the engine, whose search does worse where numbers are small
 
 
@@ -54,23 +57,38 @@ def pack_sheet(
 def pack_strip(
     pieces: Sequence[Piece], width: float, spacing: float, seconds: float
 ) -> list[Placement]:
-    """All pieces on a strip of the given width, as short as found in time: unverified."""
+    """All pieces on a strip of the given width, as short as found in time: unverified.
+
+    What the engine finds depends on the length it begins on. `FEW` pieces begin on `ROOMY` times
+    their area, or so much more that its quickest search places them all; more begin on a length
+    that holds all one after the other.
+    """
     irregular = _engine()
-    kinds, scale = alike(pieces), STRIP / width
-    builder = irregular.InstanceBuilder()
-    builder.set_item_item_minimum_spacing(spacing * scale)
-    for kind in kinds:
-        shape = _shape(irregular, kind[0], scale)
-        builder.add_item_type(shape, allowed_rotations=_degrees(kind[0]), copies=len(kind))
-    builder.set_objective(irregular.Objective.OpenDimensionX)
-    reach = sum(float(np.linalg.norm(np.ptp(piece.polygon, axis=0))) for piece in pieces)
-    room = (reach + spacing * len(pieces)) * scale
-    builder.add_bin_type(irregular.build_rectangle(room, STRIP), copies=1)
+    end, scale, kinds = time.monotonic() + seconds, STRIP / width, alike(pieces)
+    sizes = [float(np.linalg.norm(np.ptp(piece.polygon, axis=0))) + spacing for piece in pieces]
+
+    def laid(room: float, parameters: Any) -> list[Placement]:
+        builder = irregular.InstanceBuilder()
+        builder.set_item_item_minimum_spacing(spacing * scale)
+        for kind in kinds:
+            shape = _shape(irregular, kind[0], scale)
+            builder.add_item_type(shape, allowed_rotations=_degrees(kind[0]), copies=len(kind))
+        builder.set_objective(irregular.Objective.OpenDimensionX)
+        builder.add_bin_type(irregular.build_rectangle(room * scale, STRIP), copies=1)
+        sheets = _placed(irregular.optimize(builder.build(), parameters).solution, kinds, 0.0)
+        return [replace(p, x=p.x / scale, y=p.y / scale) for p in sheets[0]] if sheets else []
+
+    room = sum(sizes)
+    if len(pieces) <= FEW:
+        short = max([ROOMY * sum(piece.area for piece in pieces) / width, *sizes])
+        quick = _searching(irregular, TRYING * seconds, 1)
+        while short < room and len(laid(short, quick)) < len(pieces):
+            short *= ROOMY
+        room = min(short, room)
     parameters = irregular.OptimizeParameters()
     parameters.verbosity_level = 0
-    parameters.time_limit = max(seconds, 0.1)
-    sheets = _placed(irregular.optimize(builder.build(), parameters).solution, kinds, 0.0)
-    return [replace(p, x=p.x / scale, y=p.y / scale) for p in sheets[0]] if sheets else []
+    parameters.time_limit = max(end - time.monotonic(), 0.1)
+    return laid(room, parameters)
 
 
 def alike(pieces: Sequence[Piece]) -> list[list[Piece]]:

@@ -137,6 +137,18 @@ def test_equal_pieces_are_one_kind_to_the_engine_and_each_placed_once(engine: st
     assert strip.engine == engine
 
 
+def test_thin_brackets_find_room_on_a_strip_that_begins_short() -> None:
+    # Each reaches 300 mm along the strip, yet twice their area is a length of 165 mm only.
+    corner = np.array([[0, 0], [300, 0], [300, 20], [20, 20], [20, 300], [0, 300]], dtype=float)
+    parts = [flat_polygon(f"L-{k}", "al", 3.0, corner, grain="along") for k in range(6)]
+    strip = nest_strip(
+        [piece_of(part) for part in parts], 420.0, 5.0, 4.0, engines=["packingsolver"]
+    )
+    assert sorted(p.mark for p in strip.placements) == [part.mark for part in parts]
+    assert strip.engine == "packingsolver"
+    assert strip.length < 600.0  # two by two, one in the other's angle
+
+
 def test_planks_and_boards() -> None:
     parts = [box(f"S-{k}", 1900.0, 140.0) for k in range(4)]
     (boards,) = cut_boards(parts, [Stock("board", "al", 3.0, 4000.0, 150.0)], seconds=0.0)
