@@ -43,11 +43,20 @@ def panels_of(
     inputs = inputs_of(project, model, patches)
     tolerances = limits_of(project)
     costs = Costs(**asked.costs)
-    if asked.choice == "joint":
+    if asked.choice != "single":
         from fabgeo.panels.choose import choose
 
         few, step = asked.radii, asked.radii_step
-        joint = choose(inputs, tolerances, costs, SPRINGING, radii=few, radii_step=step, jobs=jobs)
+        joint = choose(
+            inputs,
+            tolerances,
+            costs,
+            SPRINGING,
+            radii=few,
+            radii_step=step,
+            jobs=jobs,
+            thorough=asked.choice == "thorough",
+        )
         choices, saved, figures = list(joint.panels), f"panels: {joint}", joint.figures
     else:
         choices, saved = classify(inputs, tolerances, costs, SPRINGING), ""

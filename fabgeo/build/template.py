@@ -53,7 +53,7 @@ angle = 1.0               # and how much kink it may add between neighbours
 # ends = 30.0             # how far their ends may move along the strip, neighbours with them
 # radii = 4               # most different radii of cylinders, or a list of them in mm
 # radii_step = 100.0      # radii are multiples of this
-# choice = "joint"        # all panels chosen together; "single": one by one
+# choice = "joint"        # panels chosen together; or "single", "thorough" (cheaper, slow)
 
 # [cells]                 # need kind = "conical" or "circular"
 # depth = -300.0          # inwards

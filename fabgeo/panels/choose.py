@@ -27,6 +27,8 @@ from fabgeo.panels.search import Search
 
 _GAIN = 5e-3  # of the cost: what a round has to gain for another one
 _MANY = 1000  # panels beyond which programmes of strips follow upon the first sweeps at once
+_FEW = 200  # panels up to which neighbouring strips are placed in pairs in any case
+_WINDOWS = (2, 3)  # neighbouring strips that are placed together
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ class JointChoice:
     nearly : float
         The same with features linear about every panel's closest shape and limits 3 % wider:
         a bound to first order only. Far from the closest shapes (tens of millimetres along
-        directions that hardly change a panel) features may be off by half a limit.
+        directions that hardly change a panel) features may be off by half a limit. Of more than
+        a thousand panels it is not worked out: as `bound` then.
     among : float
         Proven by the solver: no choice among the candidates costs less.
     floor : float
@@ -117,6 +120,7 @@ def choose(
     radii: Sequence[float] | int | None = None,
     radii_step: float | None = None,
     jobs: int | None = None,
+    thorough: bool = False,
 ) -> JointChoice:
     """Choose the classes and placements of all panels together.
 
@@ -129,8 +133,8 @@ def choose(
         The project's; defaults of the hand-over contract.
     rounds : int
         Most rounds of new candidates after the first choice, again of strips' programmes, and of
-        pairs of strips; they end earlier when one gains less than 0.5 %. Of more than a thousand
-        panels only strips' programmes follow upon the first choice.
+        those of neighbouring strips at once; they end earlier when one gains less than 0.5 %. Of
+        more than a thousand panels only strips' programmes follow upon the first choice.
     seconds : float, optional
         Limit by the clock of one integer programme over all panels, and of all strips'
         programmes: the choice then depends on the machine, and `status` tells so.
@@ -140,6 +144,9 @@ def choose(
         Radii that are not given are multiples of this, mm.
     jobs : int, optional
         Processes that solve the strips' programmes; by default this one alone.
+    thorough : bool
+        Place two and three neighbouring strips at once, too; otherwise two, and of no more than
+        two hundred panels. It takes several times as long.
 
     Raises
     ------
@@ -156,8 +163,9 @@ def choose(
     result = _swept(search, rounds, history)
     placing = StripPlacing(search, jobs, seconds)
     if rounds:
-        placing.prove()
-        result = _placed(placing, rounds, history) or result
+        if len(panels) <= _MANY:
+            placing.prove()
+        result = _placed(placing, rounds, history, thorough) or result
     floor = float(search.floors.sum())
     proven = search.cost if search.proven else placing.certify() if rounds else floor
     chosen = describe(
@@ -201,7 +209,9 @@ def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
     return result
 
 
-def _placed(placing: StripPlacing, rounds: int, history: list[float]) -> IntegerChoice | None:
+def _placed(
+    placing: StripPlacing, rounds: int, history: list[float], thorough: bool
+) -> IntegerChoice | None:
     """Strips placed by their programmes, as long as another round can be expected to gain.
 
     A round gains about as much less than the one before it as that one did: those to come are not
@@ -217,11 +227,14 @@ def _placed(placing: StripPlacing, rounds: int, history: list[float]) -> Integer
         if search.proven or gain * min(1.0, gain / before) < _GAIN:
             break
         before = gain
-    for _ in range(rounds):
-        placing.improve_pairs()
-        history.append(search.cost)
-        if search.proven or _gain(history) < _GAIN:
-            break
+    few = len(search.samples) <= _FEW
+    for count in _WINDOWS if thorough else _WINDOWS[:few]:
+        for _ in range(rounds if few else 1):
+            for shift in range(count):
+                placing.improve_windows(count, shift)
+            history.append(search.cost)
+            if search.proven or _gain(history) < _GAIN:
+                break
     return search.choose()
 
 

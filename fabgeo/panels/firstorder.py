@@ -29,6 +29,7 @@ from fabgeo.panels.samples import Samples
 
 _AT = np.array([0, 2, 4, 6, 8])  # of the joints' nine samples
 _DIRECTIONS = np.pi / 8.0 * np.arange(8)  # in the plane across a joint: 16 sides about a circle
+ENDS = 4  # features of a panel's own that are shifts of its ends: the last ones
 _STEPS = 6  # a shift, three rotations, k and g: see Carriers.derivatives
 FREE = {
     "flat": np.arange(3),
@@ -154,7 +155,7 @@ def option_of(
     limit = min(tolerances.deviation_mm, tolerances.flange)
 
     def others(carriers: Carriers) -> list[Array]:
-        ends = end_shift(samples[index], carriers[index]).reshape(len(index), 4)
+        ends = end_shift(samples[index], carriers[index]).reshape(len(index), ENDS)
         return [
             ends / tolerances.ends_mm,
             *(boundaries.of_some(side, at[side], carriers) for side in (0, 1)),

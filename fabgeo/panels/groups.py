@@ -6,6 +6,7 @@ does: a strip with its ends solved exactly leaves little to its neighbours.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -62,28 +63,38 @@ def colours_of(groups: Sequence[IntArray], joints: Joints) -> IntArray:
     return colour
 
 
-def matchings_of(groups: Sequence[IntArray], joints: Joints, count: int = 2) -> list[IntArray]:
-    """Pairs (n, 2) of groups that joints connect, each group in one of them at most (greedy).
+def windows_of(
+    groups: Sequence[IntArray], joints: Joints, count: int, shift: int = 0
+) -> list[IntArray]:
+    """Windows of neighbouring groups, each group in one of them at most; numbers of groups.
+
+    Groups are lined up, each beside the one that it shares most joints with, and the lines cut.
 
     Parameters
     ----------
     count : int
-        Number of matchings; no pair is in two of them.
+        Groups in a window, two at least; fewer at the ends of lines.
+    shift : int
+        Groups before the first cut; where a line is closed none are left over at its ends.
     """
     label = np.full(int(joints.panels.max(initial=0)) + 1, -1, dtype=np.int64)
     for k, group in enumerate(groups):
         label[group] = k
-    pairs = np.unique(np.sort(label[joints.panels], axis=1), axis=0)
-    left = [(a, b) for a, b in pairs.tolist() if a != b and a >= 0]
-    out = []
-    for _ in range(count):
-        taken: set[int] = set()
-        found = []
-        for a, b in left:
-            if a not in taken and b not in taken:
-                taken |= {a, b}
-                found.append((a, b))
-        left = [pair for pair in left if pair not in set(found)]
-        if found:
-            out.append(np.array(found))
-    return out
+    shared: list[Counter[int]] = [Counter() for _ in groups]
+    for a, b in label[joints.panels].tolist():
+        if a != b and a >= 0 and b >= 0:
+            shared[a][b] += 1
+            shared[b][a] += 1
+    free, out = set(range(len(groups))), []
+    while free:
+        line = [min(free, key=lambda k: (len(shared[k]), k))]
+        free.remove(line[0])
+        while beside := [k for k in shared[line[-1]] if k in free]:
+            line.append(max(beside, key=lambda k: (shared[line[-1]][k], -k)))
+            free.remove(line[-1])
+        closed = len(line) > 2 and line[0] in shared[line[-1]]
+        if closed:
+            line = line[shift:] + line[:shift]
+        begin = count if closed or not shift else shift
+        out += np.split(np.array(line), range(begin, len(line), count))
+    return [window for window in out if len(window) > 1]

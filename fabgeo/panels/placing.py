@@ -12,11 +12,12 @@ from fabgeo.arrays import Array, BoolArray, IntArray
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.certify import deviation
 from fabgeo.panels.enclosure import Meeting, enclose
-from fabgeo.panels.firstorder import Boundaries, Option, option_of
-from fabgeo.panels.groups import colours_of, matchings_of, strips_of
+from fabgeo.panels.firstorder import ENDS, Boundaries, Option, option_of
+from fabgeo.panels.groups import colours_of, strips_of, windows_of
 from fabgeo.panels.highs import all_solved, divisor
+from fabgeo.panels.joints import compare, made_boundary
 from fabgeo.panels.pool import CLASSES
-from fabgeo.panels.programme import Decision, Group, Rim, choosing, settling
+from fabgeo.panels.programme import Decision, Group, Missed, Rim, choosing, settling
 from fabgeo.panels.proof import bounding_all
 from fabgeo.panels.search import Search, scatter
 
@@ -24,10 +25,10 @@ _FITTED = len(CLASSES) - 1
 _CYLINDER = CLASSES.index("cylinder")
 _WIDE = 1.03  # of the limits in a bound: more than what linear features are off
 _NARROW = 0.98  # of the limits in placements that are to keep them
+_NARROWER = 0.92  # of three strips and more, which move farther
 _SETTLE = 2  # linear programmes about the placements before
 _HOPELESS = 1.2  # times the limit: closest shapes farther off are out of reach
 _ENCLOSED = 600  # panels whose boxes are worked out at most
-_WIDEST = 1000  # panels up to which neighbouring strips are placed in pairs, too
 
 
 class StripPlacing:
@@ -167,15 +168,14 @@ class StripPlacing:
         """Place strips that cost more than they must against their neighbours as chosen."""
         self._improve(self.groups, self.bounds)
 
-    def improve_pairs(self) -> None:
-        """The same of pairs of neighbouring strips, looking at all features of their joints."""
-        if len(self.search.samples) > _WIDEST:
-            return
-        for pairs in matchings_of(self.groups, self.search.joints):
-            both = [np.concatenate([self.groups[a], self.groups[b]]) for a, b in pairs.tolist()]
-            self._improve(both, self.bounds[pairs].sum(axis=1), wide=True)
+    def improve_windows(self, count: int, shift: int = 0) -> None:
+        """The same of `count` neighbouring strips at once, looking at all features of joints."""
+        windows = windows_of(self.groups, self.search.joints, count, shift)
+        panels = [np.concatenate([self.groups[g] for g in window]) for window in windows]
+        bounds = np.array([self.bounds[window].sum() for window in windows])
+        self._improve(panels, bounds, count)
 
-    def _improve(self, groups: Sequence[IntArray], bounds: Array, wide: bool = False) -> None:
+    def _improve(self, groups: Sequence[IntArray], bounds: Array, wide: int = 1) -> None:
         """Groups of one colour have no joint in common: they are placed at once."""
         search = self.search
         colour = colours_of(groups, search.joints)
@@ -191,7 +191,7 @@ class StripPlacing:
             found = [(g, d) for g, d in zip(beside, decisions, strict=True) if d is not None]
             if found:
                 before = len(search.pool)
-                turns = 2 * _SETTLE if wide else _SETTLE  # pairs move farther
+                turns = 2 * _SETTLE if wide > 1 else _SETTLE  # windows move farther
                 self._settle([g for g, _ in found], [d for _, d in found], turns)
                 search.choose(before)
 
@@ -205,15 +205,16 @@ class StripPlacing:
         self._tried[group.tobytes()] = stand
         return anew
 
-    def _cheaper(self, groups: Sequence[Group], costs: Array, wide: bool) -> list[Decision | None]:
+    def _cheaper(self, groups: Sequence[Group], costs: Array, wide: int) -> list[Decision | None]:
         """Classes and placements of groups that cost less than now; None where there are none."""
         prices, options, joints = self.search.costs.by_kind, self.offered, self.search.joints
         least = divisor(prices)  # what a cheaper choice saves
+        share = _NARROWER if wide > 2 else _NARROW
         asked = [
-            choosing(group, options, joints, prices, _NARROW, cost - 0.99 * least, every=wide)
+            choosing(group, options, joints, prices, share, cost - 0.99 * least, every=wide > 1)
             for group, cost in zip(groups, costs, strict=True)
         ]
-        work = {"nodes": 150, "iterations": 20000} if wide else {}
+        work = {"nodes": 150, "iterations": 20000} if wide > 1 else {}
         found = all_solved([replace(one.programme, **work) for one in asked], self.jobs)
         return [
             one.decision(group, options, solution)
@@ -235,11 +236,13 @@ class StripPlacing:
                 self._option(k, stand, kind == k, rolled=few and k == _CYLINDER)
                 for k in range(_FITTED)
             ]
+            missed = self._missed(options, stand, kind, groups)
             asked = [
                 settling(
                     group,
                     [options[k] if k != _FITTED else None for k in kind[group.panels]],
                     search.joints,
+                    missed,
                 )
                 for group in groups
             ]
@@ -251,6 +254,33 @@ class StripPlacing:
             stand = self._moved(stand, groups, options, kind, steps)
             for k in range(_FITTED) if turn + 1 >= _SETTLE else ():
                 search.add(np.flatnonzero(kind == k), k, stand)
+
+    def _missed(
+        self, options: Sequence[Option], stand: Carriers, kind: IntArray, groups: Sequence[Group]
+    ) -> Missed:
+        """What features do not see of groups as they stand, beside their neighbours as chosen."""
+        search, limits, boundaries = self.search, self.search.tolerances, self.boundaries
+        own = np.zeros(len(kind))
+        index = np.flatnonzero(kind != _FITTED)
+        found = deviation(search.samples[index], stand[index])[0] / limits.deviation_mm
+        seen = np.max([np.abs(o.value[index, :-ENDS]).max(axis=1) for o in options], axis=0)
+        own[index] = np.maximum(found - seen, 0.0)
+        here = np.zeros(len(kind), dtype=bool)
+        here[np.concatenate([group.panels for group in groups])] = True
+        carriers = stand.where(here, search.pool.carriers[search.current])
+        made = np.where(here, kind != _FITTED, search.pool.replaced[search.current])
+        joint, use = search.joints, np.zeros(len(search.joints))
+        at = np.flatnonzero(here[joint.panels].any(axis=1))
+        sides, features = [], []
+        for side, panel in enumerate(joint.panels[at].T):
+            one, still = carriers[panel], made[panel]
+            line = joint.points[at], joint.normals[side, at], joint.ends[at]
+            sides.append(made_boundary(one, still, *line))
+            features.append(boundaries.features(side, at, one, still))
+        gap, kink = compare(sides[0], sides[1], joint.own[at])
+        whole = np.maximum(gap / limits.gap_mm, kink / limits.kink)
+        use[at] = np.maximum(whole - np.abs(features[1] - features[0]).max(axis=1), 0.0)
+        return Missed(own, use)
 
     def _moved(
         self,

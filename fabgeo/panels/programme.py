@@ -24,7 +24,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fabgeo.arrays import Array, IntArray
-from fabgeo.panels.firstorder import Option
+from fabgeo.panels.firstorder import ENDS, Option
 from fabgeo.panels.highs import Programme, Solution
 from fabgeo.panels.joints import Joints
 
@@ -53,6 +53,20 @@ class Group:
     panels: IntArray
     inside: IntArray
     rims: tuple[Rim, ...] = ()
+
+
+@dataclass(frozen=True)
+class Missed:
+    """By how much limits are used more than features tell, in limits.
+
+    Attributes
+    ----------
+    own, joint : (p,) and (j,) arrays
+        Distances of whole panels; gaps and kinks of joints.
+    """
+
+    own: Array
+    joint: Array
 
 
 @dataclass(frozen=True)
@@ -220,13 +234,17 @@ class Settling:
         return [x[at : at + count] for at, count in spans]
 
 
-def settling(group: Group, option: Sequence[Option | None], joints: Joints) -> Settling:
+def settling(
+    group: Group, option: Sequence[Option | None], joints: Joints, missed: Missed
+) -> Settling:
     """The programme that settles a group's panels, each in its class.
 
     Parameters
     ----------
     option : sequence of Option or None
         That of every panel of the group, of one at least; None: it stays as fitted.
+    missed : Missed
+        What features do not see about the options' placements.
     """
     column: dict[int, int] = {}
     of: dict[int, Option] = {}
@@ -238,17 +256,19 @@ def settling(group: Group, option: Sequence[Option | None], joints: Joints) -> S
     rows = Rows()
     for p, own in of.items():
         f = own.value[p]
+        more = np.where(np.arange(len(f)) < len(f) - ENDS, missed.own[p], 0.0)
         for sign in (1.0, -1.0):
-            rows.begin(np.full(len(f), -np.inf), -sign * f)
+            rows.begin(np.full(len(f), -np.inf), -sign * f - more)
             rows.put(0, np.full((len(f), 1), -1.0))
             rows.put(column[p], sign * own.slope[p])
     width = next(iter(of.values())).edge[0].shape[1]
-    for offset, terms in _joint_rows(group, width):
+    at = np.array([*group.inside, *(rim.joint for rim in group.rims)], dtype=np.int64)
+    for (offset, terms), more in zip(_joint_rows(group, width), missed.joint[at], strict=True):
         sides = [(int(joints.panels[j, side]), j, side, sign) for j, side, sign in terms]
         sides = [one for one in sides if one[0] in of]
         known = sum((t * of[p].edge[side][j] for p, j, side, t in sides), np.zeros(width))
         for sign in (1.0, -1.0):
-            rows.begin(np.full(width, -np.inf), sign * (offset - known))
+            rows.begin(np.full(width, -np.inf), sign * (offset - known) - more)
             rows.put(0, np.full((width, 1), -1.0))
             for p, j, side, t in sides:
                 rows.put(column[p], sign * t * of[p].edge_slope[side][j])

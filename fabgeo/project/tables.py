@@ -97,7 +97,8 @@ class Panels(Table):
     names the material of single panels by their marks, others are of `material`. `ends` is how far
     a simpler shape may move the ends of panels along the strip, mm; absent: the joint's width over
     walls, else 30. `radii` are those that cylinders may have, or how many different ones at most,
-    `radii_step` what they are multiples of.
+    `radii_step` what they are multiples of. `choice`: panel by panel, all together, or thoroughly:
+    with neighbouring strips placed at once, which takes several times as long.
     """
 
     length: Positive | None = None
@@ -111,7 +112,7 @@ class Panels(Table):
     offset: Finite = 0.0
     tolerance: Positive = 1.0
     angle: Positive = 1.0
-    choice: Literal["single", "joint"] = "joint"
+    choice: Literal["single", "joint", "thorough"] = "joint"
     ends: Positive | None = None
     radii: list[Positive] | Count | None = None
     radii_step: Positive | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from fabgeo.errors import InputError
 from fabgeo.panels.choose import JointChoice, choose
 from fabgeo.panels.classify import classify, distinct_radii
 from fabgeo.panels.forming import Sheet, forming_of
+from fabgeo.panels.groups import strips_of, windows_of
 from fabgeo.panels.highs import Programme, solved
+from fabgeo.panels.joints import joints_of
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.radii import fewest
 from fabgeo.panels.samples import PanelInput
@@ -131,6 +134,24 @@ def test_fewest_radii_serve_all_and_no_fewer_could() -> None:
     assert 3 <= served.sum() < 60
 
 
+@pytest.mark.parametrize(("count", "shift"), [(2, 0), (2, 1), (3, 2)])
+def test_windows_are_neighbours_and_no_strip_is_in_two(
+    panels: list[PanelInput], count: int, shift: int
+) -> None:
+    joints = joints_of(panels)
+    groups = strips_of(len(panels), joints)
+    windows = windows_of(groups, joints, count, shift)
+    every = np.concatenate(windows)
+    assert len(np.unique(every)) == len(every) >= len(groups) - 2
+    label = np.empty(len(panels), dtype=np.int64)
+    for k, group in enumerate(groups):
+        label[group] = k
+    beside = {tuple(sorted(pair)) for pair in label[joints.panels].tolist()}
+    for window in windows:
+        assert 2 <= len(window) <= count
+        assert all(tuple(sorted(p)) in beside for p in pairwise(window))
+
+
 @pytest.mark.slow
 def test_few_radii(panels: list[PanelInput]) -> None:
     found = choose(panels, LIMITS, rounds=1, radii=2)
@@ -164,6 +185,7 @@ def test_wider_tolerances_cost_no_more(panels: list[PanelInput], tmp_path) -> No
     assert plot(rows, tmp_path / "tradeoff.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_radii_are_multiples_of_a_step() -> None:
     """Strips of a vault with parallel rulings and a varying radius: all can be cylinders."""
     i, u = np.arange(3)[:, None] + np.zeros(25), np.linspace(-0.3, 0.3, 25) + np.zeros((3, 1))
@@ -190,6 +212,7 @@ def test_no_choice_undercuts_the_bound(panels: list[PanelInput]) -> None:
     assert 0.0 <= found.saving <= found.most + 1e-9
 
 
+@pytest.mark.slow
 def test_processes_change_nothing(panels: list[PanelInput], chosen: JointChoice) -> None:
     again = choose(panels, LIMITS, rounds=2, jobs=2)
     assert again.history == chosen.history
