@@ -21,13 +21,12 @@ from fabgeo.panels.classify import PanelChoice, describe
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.integer import IntegerChoice
 from fabgeo.panels.limits import Costs, Tolerances
-from fabgeo.panels.placing import StripPlacing
+from fabgeo.panels.placing import MANY, StripPlacing
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
 
 _GAIN = 5e-3  # of the cost: what a round has to gain for another one
-_MANY = 1000  # panels beyond which programmes of strips follow upon the first sweeps at once
-_FEW = 200  # panels up to which neighbouring strips are placed in pairs in any case
+_FEW = 500  # panels up to which neighbouring strips are placed in pairs in any case
 _WINDOWS = (2, 3)  # neighbouring strips that are placed together
 
 
@@ -45,7 +44,8 @@ class JointChoice:
         least, each without regard to the others, with limits wider by what gaps, kinks and
         deviations are off linear ones (`fabgeo.panels.enclosure`). It concerns placements up to
         three times as far from the closest ones as limits allow to first order; where that is too
-        far for anything to be proven, a panel counts as able to be made as its cheapest class.
+        far for anything to be proven, a panel counts as able to be made as its cheapest class. Of
+        more than a thousand panels: `floor`.
     nearly : float
         The same with features linear about every panel's closest shape and limits 3 % wider:
         a bound to first order only. Far from the closest shapes (tens of millimetres along
@@ -102,12 +102,17 @@ class JointChoice:
         }
 
     def __str__(self) -> str:
-        return (
+        solved = self.bound > self.floor
+        proof = "proven by the solver's bound" if solved else "by each panel's own deviation"
+        told = (
             f"cost {self.cost:g} chosen together, {self.one_by_one:g} panel by panel: "
             f"{100 * self.saving:.1f} % saved; no choice saves more than {100 * self.most:.1f} % "
-            f"(cost {self.bound:g}, proven by the solver's bound), to first order in the "
-            f"placements {100 * (1.0 - self.nearly / self.one_by_one):.1f} % (cost {self.nearly:g})"
+            f"(cost {self.bound:g}, {proof})"
         )
+        if self.nearly <= self.bound:
+            return told
+        most = 100.0 * (1.0 - self.nearly / self.one_by_one)
+        return f"{told}, to first order in the placements {most:.1f} % (cost {self.nearly:g})"
 
 
 def choose(
@@ -146,7 +151,7 @@ def choose(
         Processes that solve the strips' programmes; by default this one alone.
     thorough : bool
         Place two and three neighbouring strips at once, too; otherwise two, and of no more than
-        two hundred panels. It takes several times as long.
+        five hundred panels. It takes several times as long.
 
     Raises
     ------
@@ -163,11 +168,13 @@ def choose(
     result = _swept(search, rounds, history)
     placing = StripPlacing(search, jobs, seconds)
     if rounds:
-        if len(panels) <= _MANY:
+        if len(panels) <= MANY:
             placing.prove()
         result = _placed(placing, rounds, history, thorough) or result
     floor = float(search.floors.sum())
-    proven = search.cost if search.proven else placing.certify() if rounds else floor
+    proven = search.cost if search.proven else floor
+    if rounds and len(panels) <= MANY and not search.proven:
+        proven = placing.certify()
     chosen = describe(
         panels,
         search.own,
@@ -199,7 +206,7 @@ def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
         search.settle()
     result = search.choose()
     history.append(search.cost)
-    for _ in range(rounds if len(search.samples) <= _MANY else 0):
+    for _ in range(rounds if len(search.samples) <= MANY else 0):
         if search.proven or not search.widen():
             break
         result = search.choose()
