@@ -28,7 +28,7 @@ _NARROW = 0.98  # of the limits in placements that are to keep them
 _NARROWER = 0.92  # of three strips and more, which move farther
 _SETTLE = 2  # linear programmes about the placements before
 _HOPELESS = 1.2  # times the limit: closest shapes farther off are out of reach
-MANY = 1000  # panels beyond which less is tried: no further sweeps, fewer nodes, no own bound
+MANY = 1000  # panels beyond which less is tried: no further sweeps, no own bound
 _ENCLOSED = 600  # panels whose boxes are worked out at most
 
 
@@ -216,8 +216,6 @@ class StripPlacing:
             for group, cost in zip(groups, costs, strict=True)
         ]
         work = {"nodes": 150, "iterations": 20000} if wide > 1 else {}
-        if len(self.search.samples) > MANY:
-            work = {"nodes": 6}
         found = all_solved([replace(one.programme, **work) for one in asked], self.jobs)
         return [
             one.decision(group, options, solution)
