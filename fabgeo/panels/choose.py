@@ -26,7 +26,7 @@ from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
 
 _GAIN = 5e-3  # of the cost: what a round has to gain for another one
-_FEW = 500  # panels up to which neighbouring strips are placed in pairs in any case
+_FEW = 200  # panels up to which neighbouring strips are placed in pairs in any case
 _WINDOWS = (2, 3)  # neighbouring strips that are placed together
 
 
@@ -151,7 +151,7 @@ def choose(
         Processes that solve the strips' programmes; by default this one alone.
     thorough : bool
         Place two and three neighbouring strips at once, too; otherwise two, and of no more than
-        five hundred panels. It takes several times as long.
+        two hundred panels. It takes several times as long.
 
     Raises
     ------
