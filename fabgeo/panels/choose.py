@@ -139,7 +139,7 @@ def choose(
     rounds : int
         Most rounds of new candidates after the first choice, again of strips' programmes, and of
         those of neighbouring strips at once; they end earlier when one gains less than 0.5 %. Of
-        more than a thousand panels only strips' programmes follow upon the first choice.
+        more than a thousand panels one round of candidates is all, unless `thorough`.
     seconds : float, optional
         Limit by the clock of one integer programme over all panels, and of all strips'
         programmes: the choice then depends on the machine, and `status` tells so.
@@ -165,15 +165,16 @@ def choose(
         search.limit_radii(radii, radii_step)
     one_by_one = search.cost
     history = [one_by_one]
-    result = _swept(search, rounds, history)
+    many = len(panels) > MANY
+    result = _swept(search, min(rounds, 1) if many else rounds, history)
     placing = StripPlacing(search, jobs, seconds)
-    if rounds:
-        if len(panels) <= MANY:
+    if rounds and (thorough or not many):
+        if not many:
             placing.prove()
         result = _placed(placing, rounds, history, thorough) or result
     floor = float(search.floors.sum())
     proven = search.cost if search.proven else floor
-    if rounds and len(panels) <= MANY and not search.proven:
+    if rounds and not many and not search.proven:
         proven = placing.certify()
     chosen = describe(
         panels,
@@ -206,7 +207,7 @@ def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
         search.settle()
     result = search.choose()
     history.append(search.cost)
-    for _ in range(rounds if len(search.samples) <= MANY else 0):
+    for _ in range(rounds):
         if search.proven or not search.widen():
             break
         result = search.choose()
