@@ -35,7 +35,8 @@ def tradeoff_of(
     Parameters
     ----------
     project_path : path
-        The project file; its costs and gap limit hold, its tolerance and angle are replaced.
+        The project file; its costs and gap limit hold, and whether its panels are chosen
+        thoroughly; its tolerance and angle are replaced.
     out : Path, optional
         Folder for `tradeoff.csv`, `tradeoff.md` and `tradeoff.png`.
     listener : callable, optional
@@ -73,6 +74,7 @@ def tradeoff_of(
             limits_of(project),
             Costs(**project.panels.costs),
             sheet_of(project),
+            thorough=project.panels.choice == "thorough",
         )
         rows = list(clock.each(found))
     result: dict[str, Any] = {

@@ -67,16 +67,18 @@ def trade_off(
     sheet: Sheet | None = None,
     rounds: int = 2,
     seconds: float | None = None,
+    thorough: bool = False,
 ) -> Iterator[TradeOffRow]:
     """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`.
 
-    `seconds` limits the programmes of each pair by the clock, see `fabgeo.panels.choose.choose`.
+    `seconds` limits the programmes of each pair by the clock, and `thorough` places neighbouring
+    strips together, see `fabgeo.panels.choose.choose`.
     """
     base = tolerances or Tolerances()
     for deviation in deviations_mm:
         for kink in kinks_deg:
             limits = replace(base, deviation_mm=deviation, kink_deg=kink)
-            found = choose(panels, limits, costs, sheet, rounds=rounds, seconds=seconds)
+            found = choose(panels, limits, costs, sheet, rounds, seconds, thorough=thorough)
             count = len(found.panels)
             shares = {c: sum(p.cls == c for p in found.panels) / count for c in CLASSES}
             yield TradeOffRow(
