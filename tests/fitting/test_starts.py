@@ -178,7 +178,6 @@ def test_sections_that_do_not_fit_together_are_named():
         net_of_sections([ring, tilted], np.array([0.0, 0.0, 1.0]))
 
 
-@pytest.mark.slow
 def test_a_meshs_own_net_overhangs_for_conical_models():
     x, y = np.meshgrid(np.linspace(-4e3, 4e3, 9), np.linspace(-3e3, 3e3, 7), indexing="ij")
     grid = np.stack([x, y, -0.5e-4 * x**2 - 0.3e-4 * y**2], axis=-1)
@@ -201,6 +200,7 @@ def test_geodesics_reach_beyond_the_boundary_on_all_sides():
         assert beyond(line).min() > 0.0
 
 
+@pytest.mark.slow
 def test_geodesics_of_a_cylinder_are_helices_and_rulings_fit():
     found = start(TUBE, "geodesic", 6, 8, (0.0, 0.0, 1.0), seed=None)
     points = found.model.points(found.model.parameters(2))
