@@ -19,11 +19,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from fabgeo.arrays import Array, IntArray
+from fabgeo.arrays import Array, BoolArray, IntArray
 from fabgeo.panels.firstorder import ENDS, Option
 from fabgeo.panels.highs import Programme, Solution
 from fabgeo.panels.joints import Joints
@@ -117,6 +118,56 @@ class Rows:
         return np.concatenate(self._low), np.concatenate(self._high)
 
 
+class Classed(Protocol):
+    """A class that panels may be made as, with the steps of their placements."""
+
+    @property
+    def kind(self) -> int:
+        """Index into CLASSES."""
+        ...
+
+    @property
+    def able(self) -> BoolArray:
+        """Whether a panel may take it, (p,)."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """Number of steps."""
+        ...
+
+
+class Binaries:
+    """Columns of a programme: a binary for every panel and option, the steps behind it.
+
+    Attributes
+    ----------
+    column : dict
+        Where the binary of a panel and an option is; option -1: as fitted.
+    cost : list of float
+    whole : list of bool
+        Which columns are binaries.
+    """
+
+    def __init__(self, options: Sequence[Classed], prices: Array, rows: Rows) -> None:
+        self._options, self._prices, self._rows = options, prices, rows
+        self.column: dict[tuple[int, int], int] = {}
+        self.cost: list[float] = []
+        self.whole: list[bool] = []
+
+    def of_panel(self, p: int) -> list[int]:
+        """Append a panel's, of which exactly one is one; the options that it may take."""
+        self._rows.begin(np.ones(1), np.ones(1))
+        here = [k for k, option in enumerate(self._options) if option.able[p]]
+        for k in [*here, -1]:
+            kind, steps = (self._options[k].kind, self._options[k].count) if k >= 0 else (-1, 0)
+            self.column[p, k] = len(self.cost)
+            self._rows.put(len(self.cost), np.ones((1, 1)))
+            self.cost += [float(self._prices[kind])] + [0.0] * steps
+            self.whole += [True] + [False] * steps
+        return here
+
+
 @dataclass(frozen=True)
 class Choosing:
     """The programme that chooses a group's classes and placements.
@@ -169,20 +220,11 @@ def choosing(
     every : bool
         Look at all features of joints, not at few.
     """
-    column: dict[tuple[int, int], int] = {}
-    cost: list[float] = []
-    binary: list[bool] = []
     rows = Rows()
+    binaries = Binaries(options, prices, rows)
+    column = binaries.column
     for p in group.panels.tolist():
-        rows.begin(np.ones(1), np.ones(1))
-        here = [k for k, option in enumerate(options) if option.able[p]]
-        for k in [*here, -1]:
-            steps = options[k].count if k >= 0 else 0
-            column[p, k] = len(cost)
-            rows.put(len(cost), np.ones((1, 1)))
-            cost += [float(prices[options[k].kind if k >= 0 else -1])] + [0.0] * steps
-            binary += [True] + [False] * steps
-        for k in here:
+        for k in binaries.of_panel(p):
             f, slope = options[k].value[p][:, None], options[k].slope[p]
             for sign in (1.0, -1.0):
                 rows.begin(np.full(len(f), -np.inf), np.zeros(len(f)))
@@ -198,11 +240,11 @@ def choosing(
                     rows.put(column[p, k], sign * block[few])
     if np.isfinite(below):
         rows.begin(np.full(1, -np.inf), np.full(1, below))
-        rows.put(0, np.array(cost)[None])
-    whole = np.array(binary)
+        rows.put(0, np.array(binaries.cost)[None])
+    whole = np.array(binaries.whole)
     programme = Programme(
-        np.array(cost),
-        rows.matrix(len(cost)),
+        np.array(binaries.cost),
+        rows.matrix(len(binaries.cost)),
         *rows.limits,
         np.where(whole, 0.0, -np.inf),
         np.where(whole, 1.0, np.inf),

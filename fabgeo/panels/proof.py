@@ -30,7 +30,7 @@ from fabgeo.panels.enclosure import Enclosed, Meeting
 from fabgeo.panels.highs import Programme
 from fabgeo.panels.joints import Joints
 from fabgeo.panels.limits import Tolerances
-from fabgeo.panels.programme import Group, Rows
+from fabgeo.panels.programme import Binaries, Group, Rows
 
 _ROUNDING = 1e-6  # of a limit
 _UNKNOWN = 1e3  # limits: what excludes nothing
@@ -73,20 +73,11 @@ def bounding(
     prices : (4,) array
         Cost by class; the last one is that of staying as fitted.
     """
-    column: dict[tuple[int, int], int] = {}
-    cost: list[float] = []
-    binary: list[bool] = []
     rows = Rows()
+    binaries = Binaries(options, prices, rows)
+    column = binaries.column
     for p in group.panels.tolist():
-        rows.begin(np.ones(1), np.ones(1))
-        here = [k for k, option in enumerate(options) if option.able[p]]
-        for k in [*here, -1]:
-            steps = options[k].count if k >= 0 else 0
-            column[p, k] = len(cost)
-            rows.put(len(cost), np.ones((1, 1)))
-            cost += [float(prices[options[k].kind if k >= 0 else -1])] + [0.0] * steps
-            binary += [True] + [False] * steps
-        for k in here:
+        for k in binaries.of_panel(p):
             option = options[k]
             f, slope, steps = option.value[p], option.slope[p], np.eye(option.count)
             most = 1.0 + option.rest[p] + _ROUNDING
@@ -111,10 +102,10 @@ def bounding(
                             column[p, k],
                             np.hstack([f[:, None], way * option.edge_slope[side][j]]),
                         )
-    whole = np.array(binary)
+    whole = np.array(binaries.whole)
     return Programme(
-        np.array(cost),
-        rows.matrix(len(cost)),
+        np.array(binaries.cost),
+        rows.matrix(len(binaries.cost)),
         *rows.limits,
         np.where(whole, 0.0, -1.0),
         np.ones(len(whole)),
