@@ -17,9 +17,10 @@ from fabgeo.panels.groups import colours_of, strips_of, windows_of
 from fabgeo.panels.highs import all_solved, divisor
 from fabgeo.panels.joints import compare, made_boundary
 from fabgeo.panels.pool import CLASSES
-from fabgeo.panels.programme import Decision, Group, Missed, Rim, choosing, settling
+from fabgeo.panels.programme import Decision, Group, Rim, choosing
 from fabgeo.panels.proof import bounding_all
 from fabgeo.panels.search import Search, scatter
+from fabgeo.panels.settling import Missed, settling
 
 _FITTED = len(CLASSES) - 1
 _CYLINDER = CLASSES.index("cylinder")
