@@ -21,7 +21,7 @@ from pathlib import Path
 
 HALL = Path(__file__).resolve().parents[2] / "fixtures/hall/project.toml"
 SIDE = 60  # strips of the hall, and panels a strip
-SIZE = 100  # its radius in metres
+SIZE = 94  # its radius in metres
 
 
 def roof(panels: int, seconds: float) -> str:
@@ -30,7 +30,7 @@ def roof(panels: int, seconds: float) -> str:
     cuts = max(1, round(panels / strips))
     text = HALL.read_text()
     for old, new in (
-        ('size = "100"', f'size = "{SIZE * strips / SIDE:g}"'),
+        ('size = "94"', f'size = "{SIZE * strips / SIDE:g}"'),
         ("count = 60\nsegments", f"count = {strips}\nsegments"),
         ("count = 60 ", f"count = {cuts} "),
         ("seconds = 240.0", f"seconds = {seconds:g}"),
