@@ -12,7 +12,7 @@ from fabgeo.surfaces.base import DesignSurface, size_of
 from fabgeo.surfaces.units import SMALLEST, check_size, unit_of
 
 if TYPE_CHECKING:
-    from fabgeo.surfaces.inspect import Inspection
+    from fabgeo.surfaces.inspection import Inspection
 
 SEEN = 4000  # points by which a surface is known again
 

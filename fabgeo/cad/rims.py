@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.spatial import KDTree
 from scipy.special import comb
 
 from fabgeo.arrays import Array, cross, dot, unit
@@ -265,35 +264,6 @@ class Skin:
                 f"a hole at {_place(foot[skew])} runs more than 45 degrees from square",
                 "turn its axis towards the normal",
             )
-
-
-def check_apart(mark: str, holes: Sequence[Hole]) -> None:
-    """Refuse holes that touch each other (slots by their enclosing circle's two centres).
-
-    Raises
-    ------
-    PartError
-    """
-    if len(holes) < 2:
-        return
-    reach = max(hole.diameter + hole.slot for hole in holes)
-    for i, j in sorted(KDTree([hole.centre for hole in holes]).query_pairs(reach + 1e-3)):
-        first, second = holes[i], holes[j]
-        gap = _distance(first, second) - (first.diameter + second.diameter) / 2.0
-        if gap < 1e-3:
-            raise PartError(
-                mark,
-                f"holes at {_place(first.centre)} and {_place(second.centre)} touch",
-                "move them apart",
-            )
-
-
-def _distance(first: Hole, second: Hole) -> float:
-    """Least distance of the centre lines of two holes, sampled for slots."""
-    spread = np.linspace(-0.5, 0.5, 9)[:, None]
-    a = first.centre + first.slot * spread * unit(first.direction)
-    b = second.centre + second.slot * spread * unit(second.direction)
-    return float(np.linalg.norm(a[:, None] - b[None], axis=-1).min())
 
 
 def _place(points: Array) -> str:

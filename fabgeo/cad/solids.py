@@ -29,10 +29,11 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Solid
 from fabgeo.arrays import Array
 from fabgeo.cad import kernel
 from fabgeo.cad.bores import SkinFace, bore
-from fabgeo.cad.rims import Skin, check_apart
+from fabgeo.cad.rims import Skin
 from fabgeo.cad.sound import check_prism, vector_area
 from fabgeo.cad.topology import BUILDER, FORWARD, REVERSED, TOL, close_face, close_solid, vertex
 from fabgeo.errors import PartError
+from fabgeo.structures.holes import check_apart
 from fabgeo.structures.parts import Hole, Prism
 
 PLANAR_TOLERANCE = 5e-4

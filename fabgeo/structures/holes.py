@@ -1,12 +1,17 @@
-"""What holes take off a plate: the height between its two skins, integrated over their section."""
+"""Holes of plates: their frames, that they lie apart, and what they take off a plate.
+
+That is the height between its two skins, integrated over their section.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, cross, dot, unit
+from fabgeo.errors import PartError
 from fabgeo.strips.pierce import pierce
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Hole, Prism
@@ -72,3 +77,37 @@ def _nearest(skin: RuledPatch, points: Array) -> Array:
     u = skin.parameters(8)
     middle = skin.edges(u).mean(axis=0)
     return u[np.argmin(np.linalg.norm(points[:, None] - middle, axis=-1), axis=1)]
+
+
+def check_apart(mark: str, holes: Sequence[Hole]) -> None:
+    """Refuse holes that touch each other (slots by their enclosing circle's two centres).
+
+    Raises
+    ------
+    PartError
+    """
+    if len(holes) < 2:
+        return
+    reach = max(hole.diameter + hole.slot for hole in holes)
+    for i, j in sorted(KDTree([hole.centre for hole in holes]).query_pairs(reach + 1e-3)):
+        first, second = holes[i], holes[j]
+        gap = _distance(first, second) - (first.diameter + second.diameter) / 2.0
+        if gap < 1e-3:
+            raise PartError(
+                mark,
+                f"holes at {_spot(first)} and {_spot(second)} touch",
+                "move them apart",
+            )
+
+
+def _distance(first: Hole, second: Hole) -> float:
+    """Least distance of the centre lines of two holes, sampled for slots."""
+    spread = np.linspace(-0.5, 0.5, 9)[:, None]
+    a = first.centre + first.slot * spread * unit(first.direction)
+    b = second.centre + second.slot * spread * unit(second.direction)
+    return float(np.linalg.norm(a[:, None] - b[None], axis=-1).min())
+
+
+def _spot(hole: Hole) -> str:
+    x, y, z = hole.centre
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
