@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -96,9 +96,28 @@ def review_of(record: ReviewRecord) -> dict[str, Any]:
         for limit in record.limits
     }
     seconds = {stage: round(float(value), 3) for stage, value in record.seconds.items()}
-    review = {"summary": summary, "limits": limits, "parts": parts, "seconds": seconds}
+    worst = _worst(record.limits, parts)
+    review = {"summary": summary, "limits": limits, "worst": worst, "parts": parts}
+    review["seconds"] = seconds
     summary["failed_verdicts"] = failed_verdicts(review)
     return review
+
+
+def _worst(
+    limits: Sequence[Limit], parts: Mapping[str, Mapping[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """Of every figure with a limit that parts have: the worst part's mark and value."""
+    found = {}
+    for limit in limits:
+        own = [
+            (part[limit.key], mark)
+            for mark, part in parts.items()
+            if part.get(limit.key) is not None
+        ]
+        if own:
+            value, mark = (max if limit.sense == "max" else min)(own)
+            found[limit.key] = {"mark": mark, "value": value}
+    return found
 
 
 def failed_verdicts(review: Mapping[str, Any]) -> int:

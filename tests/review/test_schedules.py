@@ -146,7 +146,12 @@ def test_review_json_has_the_contract_s_keys_and_null_where_not_asked(tmp_path: 
     made = record(2, 2)
     write_review(tmp_path / "review.json", made)
     review = json.loads((tmp_path / "review.json").read_text())
-    assert set(review) == {"summary", "limits", "parts", "seconds"}
+    assert set(review) == {"summary", "limits", "worst", "parts", "seconds"}
+    for key, worst in review["worst"].items():
+        assert review["parts"][worst["mark"]][key] == worst["value"]
+        own = [part[key] for part in review["parts"].values() if part.get(key) is not None]
+        assert worst["value"] == (max(own) if review["limits"][key]["sense"] == "max" else min(own))
+    assert review["worst"]
     assert set(SUMMARY_KEYS) <= set(review["summary"])
     assert review["summary"]["twist_max_deg"] is None
     failed = [m for m, p in review["parts"].items() if p["verdict"] == "fail"]
