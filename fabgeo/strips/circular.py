@@ -23,6 +23,8 @@ from fabgeo.strips.frames import EdgeCurves, frames
 from fabgeo.strips.integrate import antiderivative
 from fabgeo.strips.model import Kind, StripModel
 
+HALVINGS = 0.5 ** np.arange(5)  # of a knot span, at most, where a converted model is interpolated
+
 
 @dataclass(frozen=True)
 class Converted:
@@ -38,10 +40,18 @@ def circular_curves(model: EdgeCurves) -> Converted:
     q_i = p_i + s_i e_i with s_i' = -p_i' . e_i, and s_{i+1} = L_i - s_i; the model's one free
     constant keeps the curves near the strips' middles. A conical model of n strips gives n edges.
     """
+    signs = (-1.0) ** np.arange(model.strips)  # of s_0 in s_i
 
     def drift(u: Array) -> Array:
+        """s_0' by every strip's own condition, in the mean: a model that is fitted has defects."""
         f = frames(model, u)
-        return -dot(f.dp[0], f.e[0])
+        d0, d1 = f.sides(f.dp)
+        own, growth = -dot(d0, f.e), dot(d1 - d0, f.e)  # s_i' wanted, L_i'
+        plain, wanted = np.zeros(len(u)), []
+        for i, sign in enumerate(signs):
+            wanted.append(sign * (own[i] - plain))
+            plain = growth[i] - plain
+        return np.mean(wanted, axis=0)
 
     walk = antiderivative(drift, model.segments)
 
@@ -55,9 +65,8 @@ def circular_curves(model: EdgeCurves) -> Converted:
 
     u = model.parameters(4)
     length = frames(model, u).length
-    sign = (-1.0) ** np.arange(len(length))
     _, _, plain = steps(u, 0.0)
-    constant = float(np.mean((length / 2.0 - plain) * sign[:, None]))
+    constant = float(np.mean((length / 2.0 - plain) * signs[:, None]))
     _, _, s = steps(u, constant)
     if np.any(s <= 0.0) or np.any(s >= length):
         strip, column = np.argwhere((s <= 0.0) | (s >= length))[0]
@@ -93,31 +102,38 @@ def conical_curves(model: EdgeCurves, normals: Axes | None = None) -> Converted:
     return Converted(curves, model.strips)
 
 
-def to_circular(model: StripModel) -> StripModel:
-    """The circular model on the rulings of a conical one, interpolated on the same knots.
+def to_circular(model: StripModel, tolerance: float = 1e-3) -> StripModel:
+    """The circular model on the rulings of a conical one.
+
+    Its edges are no splines: they are interpolated on the model's knots, which are halved until
+    the error is within the tolerance (in the model's unit; mm in a project).
 
     Raises
     ------
     GeometryError
         If an edge would leave its strip.
     """
-    made = circular_curves(model)
-    return _interpolated(model, made, "circular")
+    return _interpolated(model, circular_curves(model), "circular", tolerance)
 
 
-def to_conical(model: StripModel) -> StripModel:
-    """The conical model over a circular one, interpolated on the same knots."""
-    made = conical_curves(model)
-    return _interpolated(model, made, "conical")
+def to_conical(model: StripModel, tolerance: float = 1e-3) -> StripModel:
+    """The conical model over a circular one, interpolated like that of `to_circular`."""
+    return _interpolated(model, conical_curves(model), "conical", tolerance)
 
 
-def _interpolated(model: StripModel, made: Converted, kind: Kind) -> StripModel:
+def _interpolated(model: StripModel, made: Converted, kind: Kind, tolerance: float) -> StripModel:
     if made.edges < (3 if model.closed_i else 2):
         raise GeometryError(
             f"{model.kind} model of {model.strips} strips",
             "its converted model has one edge less and no strip",
             "convert a model of two strips or more",
         )
-    u = np.arange(model.segments + (0 if model.closed_u else 1), dtype=np.float64)
-    control = spline.interpolate(made.curves(u), model.closed_u)
-    return StripModel(control, model.closed_u, model.closed_i, kind)
+    for step in HALVINGS:
+        u = np.arange(model.segments / step + (0 if model.closed_u else 1)) * step
+        control = spline.interpolate(made.curves(u), model.closed_u)
+        found = StripModel(control, model.closed_u, model.closed_i, kind)
+        between = (u[:-1] + u[1:]) / 2.0
+        gap = found.points(between / step) - made.curves(between)
+        if np.linalg.norm(gap, axis=-1).max() <= tolerance:
+            break
+    return found

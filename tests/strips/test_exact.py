@@ -8,7 +8,7 @@ import pytest
 from fabgeo.arrays import cross, dot, unit
 from fabgeo.strips import exact, measures
 from fabgeo.strips.axes import axes, circular_normals, conical_axes
-from fabgeo.strips.circular import circular_curves, conical_curves
+from fabgeo.strips.circular import circular_curves, conical_curves, to_circular, to_conical
 from fabgeo.strips.flanges import axis_strip, envelope, trajectory
 from fabgeo.strips.frames import frames
 
@@ -113,6 +113,19 @@ def test_conical_to_circular_and_back() -> None:
     left = np.linalg.norm(q[:-1] - p[1:-1], axis=-1)
     right = np.linalg.norm(q[1:] - p[1:-1], axis=-1)
     assert np.abs(left - right).max() < 1e-9 * SIZE
+
+
+def test_conversion_does_not_add_up_defects() -> None:
+    """A model that is only nearly conical gives one as nearly circular, and comes back."""
+    near = GENERIC_CONICAL.interpolant(2)
+    defect = measures.measure(near, per_segment=4).conicality
+    assert defect is not None
+    made = to_circular(near)
+    assert measures.measure(made, per_segment=4).circularity.value < 1.2 * defect.value
+    again = to_conical(made)
+    u = np.linspace(2.0, near.segments - 2.0, 41)
+    gap = again.points(u * again.segments / near.segments) - near.points(u)[1:-1]
+    assert np.linalg.norm(gap, axis=-1).max() < 10.0 * defect.value * SIZE
 
 
 @pytest.mark.parametrize("model", [*CONICAL, MOEBIUS], ids=lambda m: m.name)
