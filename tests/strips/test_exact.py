@@ -10,7 +10,7 @@ from fabgeo.strips import exact, measures
 from fabgeo.strips.axes import axes, circular_normals, conical_axes
 from fabgeo.strips.circular import circular_curves, conical_curves, to_circular, to_conical
 from fabgeo.strips.flanges import axis_strip, envelope, trajectory
-from fabgeo.strips.frames import frames
+from fabgeo.strips.frames import EdgeCurves, frames
 
 ANGLES = np.linspace(0.0, 1.2, 9)
 PROFILE = np.stack([4000 * np.cos(ANGLES), 4000 * np.sin(ANGLES)], axis=1)
@@ -23,6 +23,7 @@ MERIDIANS = exact.meridians(8000.0, 5000.0, ANGLES, -0.6, 0.9)
 MOULDING = exact.moulding(9000.0, 900.0, PROFILE)
 MOEBIUS = exact.inverted(MOULDING, np.array([-6000.0, 2000.0, -5000.0]), 17000.0)
 CYCLIDE = exact.dupin_cyclide()
+GREAT_CIRCLES = exact.spherical_geodesics(10_000.0, 800.0, 5)
 
 
 def conical_of(model: exact.ExactModel) -> exact.ExactModel:
@@ -55,9 +56,8 @@ def test_conical_residual_vanishes(model: exact.ExactModel) -> None:
 
 
 def test_great_circles_are_geodesic() -> None:
-    model = exact.spherical_geodesics(10_000.0, 800.0, 5)
-    f = frames(model, U)
-    assert measures.geodesic(model, f).max() < 1e-9
+    f = frames(GREAT_CIRCLES, U)
+    assert measures.geodesic(GREAT_CIRCLES, f).max() < 1e-9
 
 
 @pytest.mark.parametrize("model", CONICAL, ids=lambda m: m.name)
@@ -197,6 +197,54 @@ def test_axes_of_interpolants_converge(model: exact.ExactModel) -> None:
         errors.append(np.abs(made - true).max())
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert orders.min() > 3.4 or errors[-1] < 1e-10
+
+
+def figures(model: EdgeCurves, u: np.ndarray) -> dict[str, np.ndarray]:
+    """Every measure along a model, lengths over its size; those of second derivatives last."""
+    f = frames(model, u)
+    first, second = measures.bending_radius(model, f)
+    return {
+        "twist": measures.twist(f),
+        "developability": measures.developability(f) / SIZE,
+        "conicality": measures.conicality(f),
+        "circularity": measures.circularity(f),
+        "kink": measures.kink_across(f),
+        "width": f.length / SIZE,
+        "regression": measures.regression(f),
+        "geodesic": measures.geodesic(model, f),
+        "bending": f.length / np.stack([first, second]),
+    }
+
+
+@pytest.mark.parametrize("model", [*ORDERS, MOEBIUS, CYCLIDE, GREAT_CIRCLES], ids=lambda m: m.name)
+def test_measures_of_interpolants_converge(model: exact.ExactModel) -> None:
+    """At knots: fourth order; the second derivatives of a cubic spline are of second order."""
+    u = np.arange(2.0, 11.0)
+    true = figures(model, u)
+    found = [figures(model.interpolant(refine), u * refine) for refine in (2, 4)]
+    for name, values in true.items():
+        coarse, fine = (float(np.abs(at[name] - values).max()) for at in found)
+        order = 1.9 if name in ("geodesic", "bending") else 3.7
+        assert fine < 2e-9 or coarse > 2.0**order * fine, name
+
+
+def test_a_kink_along_an_edge_is_found() -> None:
+    """Polygons that turn by 0.1 at u = 2: exact curves may, splines are smooth."""
+
+    def curves(u: np.ndarray) -> np.ndarray:
+        past = np.maximum(u - 2.0, 0.0)
+        x, y = np.minimum(u, 2.0) + past * np.cos(0.1), past * np.sin(0.1)
+        return np.stack([np.stack([x, y, 0.0 * u + z], axis=-1) for z in (0.0, 1.0)])
+
+    class Bent(exact.ExactModel):
+        def points(self, u, derivative=0):
+            u = np.atleast_1d(np.asarray(u, dtype=np.float64))
+            h = 1e-10  # narrower than the look to both sides of a knot
+            return curves(u) if derivative == 0 else (curves(u + h) - curves(u - h)) / (2.0 * h)
+
+    found = measures.kink_along(Bent(curves, 2, 4))
+    assert found.u == 2.0
+    assert found.value == pytest.approx(np.degrees(0.1), rel=1e-4)
 
 
 def test_bending_radius_of_cones_and_cylinders() -> None:
