@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fabgeo.fitting.options import FitOptions as FitOptions
     from fabgeo.fitting.starts import Start as Start
     from fabgeo.fitting.starts import start as start
+    from fabgeo.fitting.stoppable import stoppable as stoppable
     from fabgeo.fitting.store import load_model as load_model
     from fabgeo.fitting.store import save_model as save_model
     from fabgeo.project import Project as Project
@@ -53,6 +54,7 @@ _WHERE = {
     "start": "fitting.starts",
     "load_model": "fitting.store",
     "save_model": "fitting.store",
+    "stoppable": "fitting.stoppable",
     "Project": "project",
     "read_project": "project",
     "draw": "strips.draw",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 from fit_helpers import Graph, SphereZone, iso_start, quadric, sphere_start
@@ -16,6 +18,8 @@ from fabgeo.fitting.quality import dense_sites, quality
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net
 from fabgeo.fitting.starts import start
+from fabgeo.fitting.stoppable import stoppable
+from fabgeo.fitting.store import load_model, save_model
 from fabgeo.strips.measures import measure
 from fabgeo.surfaces.formula import FormulaSurface
 from fabgeo.surfaces.trace_extension import Extended
@@ -67,6 +71,29 @@ def test_interrupting_keeps_the_best_and_a_fit_resumes_from_it():
     rest = fit(surface, part.model)
     assert rest.status == "converged"
     assert measure(rest.model).twist_deg.value < measure(part.model).twist_deg.value
+
+
+def test_an_interrupt_ends_a_fit_with_its_best_which_a_file_takes_up(tmp_path):
+    surface = quadric(*DOME)
+    begun, handler, heard = iso_start(surface, 6, 8), signal.getsignal(signal.SIGINT), []
+
+    def interrupt(progress):
+        heard.append(progress)
+        if len(heard) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    with stoppable(interrupt) as listener:
+        part = fit(surface, begun, listener=listener)
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert (part.status, len(heard)) == ("interrupted", 3)
+    save_model(tmp_path / "strips.json", part.model)
+    rest = fit(surface, load_model(tmp_path / "strips.json"))
+    assert rest.status == "converged"
+    assert rest.history[0]["cost"] <= part.history[-1]["cost"]
+    with stoppable():
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
 
 
 def test_a_model_is_gone_on_with_at_the_weight_reached():

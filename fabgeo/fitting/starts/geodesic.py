@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fabgeo.arrays import Array, checked, cross, unit
+from fabgeo.arrays import Array, checked, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
 from fabgeo.fitting.starts.overhang import uncovered
 from fabgeo.fitting.starts.polyline import even_with_tangents
 from fabgeo.strips.model import StripModel
-from fabgeo.surfaces.base import DesignSurface, size_of
-from fabgeo.surfaces.trace import both_ways, trace_geodesics
+from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
+from fabgeo.surfaces.trace import both_ways, conjugate_direction, trace_geodesics
 from fabgeo.surfaces.trace_extension import Extended
 
 LINES, STEPS = 25, 32
+SQUARE = 0.9  # width over length, from which on a surface has no longer axis
+LEAST_LEAN = np.radians(45.0)  # between geodesics and the direction conjugate to them
 ROUNDS = 4  # of seed curves that go on farther, until the surface is covered
 
 
@@ -42,7 +44,9 @@ def geodesic_start(
     ----------
     direction : "u", "v" or (3,) array_like, optional
         Where the geodesics run, if no seed curve is given: along the longer ("v", default) or the
-        shorter axis of the surface, or along a vector.
+        shorter axis of the surface, or along a vector. Of a surface that has no longer axis, or
+        whose axes are nearly asymptotic directions, along the larger or the smaller curvature at
+        its middle.
     seed : (k, 3) array_like, optional
         The curve they leave from; by default the geodesic through the middle, across `direction`.
     angle : float
@@ -128,7 +132,7 @@ def default_seed(
     """
     at = surface.sample(400)
     centre = surface.closest(at.point.mean(axis=0)[None])
-    along = _axis(at.point, direction)
+    along = _axis(at.point, centre, direction)
     across = cross(centre.normal[0], along)
     if np.linalg.norm(across) < 1e-6:
         raise InputError("direction", "is normal to the surface at its middle", "choose another")
@@ -145,10 +149,23 @@ def default_seed(
     return line[first : last + 1]
 
 
-def _axis(points: Array, direction: Any) -> Array:
-    if direction is None or isinstance(direction, str):
-        if direction not in (None, "u", "v"):
-            raise InputError("direction", f"expected 'u', 'v' or a vector, found {direction!r}")
-        _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-        return axes[1 if direction == "u" else 0]
-    return unit(checked("direction", direction, (3,)))
+def _axis(points: Array, centre: SurfacePoints, direction: Any) -> Array:
+    """Where geodesics run: a vector that is given, else along an axis of the points.
+
+    Where the surface is about as wide as long, or its axis leads in a nearly asymptotic direction
+    (no rulings lead across geodesics along one), principal directions of the middle stand in.
+    """
+    if direction is not None and not isinstance(direction, str):
+        return unit(checked("direction", direction, (3,)))
+    if direction not in (None, "u", "v"):
+        raise InputError("direction", f"expected 'u', 'v' or a vector, found {direction!r}")
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    which = 1 if direction == "u" else 0
+    _, principal = centre.principal()
+    along = unit(axes[:1] - dot(axes[:1], centre.normal)[:, None] * centre.normal)
+    cosine = np.abs(principal[0] @ along[0])
+    if sizes[1] > SQUARE * sizes[0]:
+        return principal[0, which]  # edges along the larger curvature
+    if abs(dot(conjugate_direction(centre, along), along)[0]) > np.cos(LEAST_LEAN):
+        return principal[0, np.argsort(-cosine)[which]]
+    return axes[which]
