@@ -64,7 +64,7 @@ def nests_of(
         own = [s for s in stocks if (s.material, s.thickness) == (material, thickness)]
         share = asked.seconds * (LEAST_EFFORT + len(parts)) / effort
         asking.append(_Group(asked, own, parts, share, project.cutting.tolerance))
-    found = [group.found(store, clock) for group in asking]
+    found = [group.found(store, clock, jobs) for group in asking]
     new = [group for group, known in zip(asking, found, strict=True) if known is None]
     made = iter(_nested([group.chains() for group in new], jobs, clock))
     nests = []
@@ -99,7 +99,7 @@ def _nested(groups: Sequence[Sequence[_Chain]], jobs: int | None, clock: Clock) 
         made[id(chain)] = own
     for chains in groups:
         if len(chains) == 1:
-            settings = {**chains[0].settings, "listener": clock.tell}
+            settings = {**chains[0].settings, "listener": clock.tell, "jobs": jobs}
             made[id(chains[0])] = replace(chains[0], settings=settings).solve()
     return [_joined([made[id(chain)] for chain in chains]) for chains in groups]
 
@@ -147,13 +147,13 @@ class _Group:
 
         self._mine = (self.rules, asked.seconds, list(self.shapes.items()))
 
-    def found(self, cache: Cache, clock: Clock) -> Nest | None:
+    def found(self, cache: Cache, clock: Clock, jobs: int | None = None) -> Nest | None:
         """The layout of an earlier build, of the same parts or mended."""
         known = cache.get("nest", cache.key("nest", *self._mine))
         latest = cache.get("latest", cache.key("latest", self.rules))  # in use: kept
         if known is not None:
             return known
-        mended = self._mended(latest, clock)
+        mended = self._mended(latest, clock, jobs)
         return None if mended is None else self.kept(mended, cache)
 
     def kept(self, layout: Nest, cache: Cache) -> Nest:
@@ -181,10 +181,11 @@ class _Group:
             "seed": asked.seed,
             "steps": asked.steps,
             "tolerance": self.tolerance,
+            "jobs": 1,
         }
         return _Chain(tuple(parts), tuple(stocks), settings)
 
-    def _mended(self, before: Any, clock: Clock) -> Nest | None:
+    def _mended(self, before: Any, clock: Clock, jobs: int | None) -> Nest | None:
         """The latest layout with what changed taken out and laid anew on sheets of its own."""
         if before is None or self.asked.steps is not None:
             return None
@@ -200,7 +201,7 @@ class _Group:
         sheets = [sheet for sheet in sheets if sheet.placements]
         unplaced = dict(layout.unplaced)
         if new:
-            (rest,) = _nested([[self._chain(new, _left(self.stocks, sheets))]], None, clock)
+            (rest,) = _nested([[self._chain(new, _left(self.stocks, sheets))]], jobs, clock)
             sheets += rest.sheets
             unplaced |= rest.unplaced
         return _renamed(replace(layout, unplaced=unplaced), sheets)

@@ -33,6 +33,7 @@ PLACES = 5  # along the sheet where a piece is dropped, the two ends among them
 SAFE = 0.02  # mm, grown beyond half the spacing: round corners are polygons
 
 type Float32Array = npt.NDArray[np.float32]
+type Index = np.ndarray[tuple[int], np.dtype[np.intp]]
 type Drop = tuple[int, int, float]  # row of the profiles, column, height
 
 
@@ -62,7 +63,7 @@ class Profiles:
         Sum of `high` over them.
     """
 
-    piece: np.ndarray[tuple[int], np.dtype[np.intp]]
+    piece: Index
     rotation: Array
     low: Float32Array
     high: Float32Array
@@ -71,7 +72,7 @@ class Profiles:
     height: Array
     room: Array
     place: np.ndarray[tuple[int, int], np.dtype[np.intp]]
-    width: np.ndarray[tuple[int], np.dtype[np.intp]]
+    width: Index
     sum_high: Array
 
     @property
@@ -183,19 +184,11 @@ def drop_sheet(
             tried = random.choice(alive, min(few, int(np.count_nonzero(share))), False, share)
         if not len(tried):
             continue
-        wide = int(made.width[tried].max())
-        above = under[made.place[tried], :wide]
-        above -= made.low[tried, None, :wide]
-        rest = np.maximum(above.max(axis=2), 0.0)
+        rest = _resting(made, under, tried)
         fits = rest + made.height[tried][:, None] <= made.room[1] + SAFE
         some = fits.any(axis=1)
         if some.any():
-            # Room taken: from the sky as it was to the piece's upper profile, column by column.
-            sums = np.append(0.0, np.cumsum(sky[:columns]))
-            start = made.place[tried]
-            filled = sums[start + made.width[tried][:, None]] - sums[start]
-            raised = rest * made.width[tried][:, None] + made.sum_high[tried][:, None]
-            taken = np.maximum((raised - filled) * made.step, 1e-6)
+            taken = _room_taken(made, sky, tried, rest)
             gain = np.where(fits, weight[tried][:, None] / taken, -1.0)
             k, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
             row, column, y = int(tried[k]), int(made.place[tried[k], j]), float(rest[k, j])
@@ -206,6 +199,23 @@ def drop_sheet(
         gone[tried[~some]] = True
         alive = alive[~gone[alive] & (left[made.piece[alive]] > 0)]
     return out
+
+
+def _resting(made: Profiles, under: Float32Array, tried: Index) -> Array:
+    """Heights (rows, places) where pieces come to rest on the sky `under` them."""
+    wide = int(made.width[tried].max())
+    above = under[made.place[tried], :wide]
+    above -= made.low[tried, None, :wide]
+    return np.maximum(above.max(axis=2), 0.0)
+
+
+def _room_taken(made: Profiles, sky: Float32Array, tried: Index, rest: Array) -> Array:
+    """From the sky as it is to the piece's upper profile, column by column: (rows, places)."""
+    sums = np.append(0.0, np.cumsum(sky[: made.low.shape[1]]))
+    start = made.place[tried]
+    filled = sums[start + made.width[tried][:, None]] - sums[start]
+    raised = rest * made.width[tried][:, None] + made.sum_high[tried][:, None]
+    return np.maximum((raised - filled) * made.step, 1e-6)
 
 
 def placements(

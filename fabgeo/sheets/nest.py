@@ -57,6 +57,7 @@ def nest(
     listener: Listener | None = None,
     quantities: Mapping[str, int] | None = None,
     tolerance: float = 0.05,
+    jobs: int | None = None,
 ) -> list[Nest]:
     """Nest all parts, by material and thickness, on the cheapest set of sheets found.
 
@@ -81,6 +82,8 @@ def nest(
         How many of each mark; 1 where missing.
     tolerance : float
         mm, of contours that have to be fitted first.
+    jobs : int, optional
+        Processes, where seconds are given; one for each core otherwise.
 
     Returns
     -------
@@ -94,30 +97,44 @@ def nest(
         If marks repeat or a size is negative.
     """
     _checked(parts, spacing, margin)
-    say = listener or (lambda _: None)
-    groups: dict[tuple[str, float], list[Piece]] = {}
-    for part in parts:
-        made = piece_of(part, tolerance, rotations)
-        count = (quantities or {}).get(part.mark, 1)
-        groups.setdefault((part.material, part.thickness), []).extend([made] * count)
-    nests = []
-    end = time.monotonic() + seconds
+    groups = _grouped(parts, quantities or {}, tolerance, rotations)
+    nests, end = [], time.monotonic() + seconds
     waiting = sum(_effort(pieces) for pieces in groups.values())
     for (material, thickness), pieces in sorted(groups.items(), key=lambda item: item[0]):
-        share = _effort(pieces) / waiting if waiting else 1.0
+        budget = max(0.0, end - time.monotonic()) * _effort(pieces) / waiting
         waiting -= _effort(pieces)
-        own = tuple(s for s in stocks if s.material == material and s.thickness == thickness)
-        budget = max(0.0, end - time.monotonic()) * share
-        group = _Group(material, thickness, pieces, Rules(own, spacing, margin), say)
+        own = tuple(s for s in stocks if (s.material, s.thickness) == (material, thickness))
+        rules, say = Rules(own, spacing, margin), listener or (lambda _: None)
+        group = _Group(material, thickness, pieces, rules, say, jobs)
         nests.append(group.solve(budget, seed, steps))
     return nests
 
 
+def _grouped(
+    parts: Sequence[FlatPart],
+    quantities: Mapping[str, int],
+    tolerance: float,
+    rotations: Rotations,
+) -> dict[tuple[str, float], list[Piece]]:
+    """Pieces by material and thickness, each as often as it is asked for."""
+    groups: dict[tuple[str, float], list[Piece]] = {}
+    for part in parts:
+        made = [piece_of(part, tolerance, rotations)] * quantities.get(part.mark, 1)
+        groups.setdefault((part.material, part.thickness), []).extend(made)
+    return groups
+
+
 class _Group:
     def __init__(
-        self, material: str, thickness: float, pieces: list[Piece], rules: Rules, say: Listener
+        self,
+        material: str,
+        thickness: float,
+        pieces: list[Piece],
+        rules: Rules,
+        say: Listener,
+        jobs: int | None,
     ) -> None:
-        self.material, self.thickness = material, thickness
+        self.material, self.thickness, self.jobs = material, thickness, jobs
         self.pieces, self.rules, self.say = pieces, rules, say
         self.contours = {piece.mark: piece.contour for piece in pieces}
         self.rotations = {piece.mark: piece.rotations for piece in pieces}
@@ -155,7 +172,7 @@ class _Group:
         if len(pieces) > AT_ONCE:
             yield batched(pieces, rules, end, seed, steps)
             return
-        cover = Cover(pieces, rules, end, seed, steps, self.sound)
+        cover = Cover(pieces, rules, end, seed, steps, self.jobs)
         if steps is not None and len(pieces) <= SLOWLY:
             found = knapsack_loop(pieces, rules, end, seed, steps, self.sound)
             yield found

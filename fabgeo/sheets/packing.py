@@ -37,14 +37,13 @@ def pack_sheet(
     margin: float,
     seconds: float | None = None,
     queue: int = QUEUE,
-    worth: Sequence[float] | None = None,
 ) -> list[Placement]:
-    """As much area (or `worth`) as possible on one sheet by the tree search: unverified.
+    """As much area as possible on one sheet by the tree search: unverified.
 
     Equal input gives equal output unless `seconds` cut it short. Time grows with `queue`.
     """
     irregular = _engine()
-    builder = _asked(irregular, pieces, spacing, worth)
+    builder = _asked(irregular, pieces, spacing)
     builder.set_objective(irregular.Objective.Knapsack)
     shape = irregular.build_rectangle(stock.length - 2 * margin, stock.width - 2 * margin)
     builder.add_bin_type(shape, copies=1)
@@ -103,18 +102,12 @@ def _engine() -> Any:
     return import_module("packingsolver.irregular")
 
 
-def _asked(
-    irregular: Any, pieces: Sequence[Piece], spacing: float, worth: Sequence[float] | None = None
-) -> Any:
+def _asked(irregular: Any, pieces: Sequence[Piece], spacing: float) -> Any:
     builder = irregular.InstanceBuilder()
     builder.set_item_item_minimum_spacing(spacing)
-    for k, piece in enumerate(pieces):
-        builder.add_item_type(
-            _shape(irregular, piece),
-            allowed_rotations=_degrees(piece),
-            copies=1,
-            profit=None if worth is None else worth[k],
-        )
+    for piece in pieces:
+        shape = _shape(irregular, piece)
+        builder.add_item_type(shape, allowed_rotations=_degrees(piece), copies=1)
     return builder
 
 

@@ -9,8 +9,7 @@ pool
     that is held twice is left out of one.
 price
     What one more piece of a kind would cost in the cheapest mix of the pool's sheets: the dual of
-    the linear programme (Gilmore and Gomory 1961). A sheet whose pieces are priced higher than the
-    sheet itself makes the mix cheaper: such sheets are looked for.
+    the linear programme (Gilmore and Gomory 1961). It tells which sheets no good choice holds.
 """
 
 from __future__ import annotations
@@ -30,11 +29,8 @@ from fabgeo.sheets.stock import Placement
 
 if TYPE_CHECKING:
     from fabgeo.sheets.nest import Rules
-    from fabgeo.sheets.priced import Priced
 
 KEEN = (1.0, 1.5, 2.0, 3.0)  # exponents of the worth against the room taken
-A_ROUND = 48  # sheets looked for between two programmes
-REDROPPED = 0.5  # share of them that begin with pieces of a sheet of the mix
 MOST = 4000  # sheets in the pool
 
 
@@ -55,20 +51,18 @@ class SheetPool:
     ----------
     pieces : sequence of Piece
         As often as they are asked for; each fits some stock.
-    beside : Priced, optional
-        The other engine: it is told every mix's prices, and what it finds joins.
     """
 
-    def __init__(
-        self, pieces: Sequence[Piece], rules: Rules, seed: int = 0, beside: Priced | None = None
-    ) -> None:
+    def __init__(self, pieces: Sequence[Piece], rules: Rules, seed: int = 0) -> None:
         self.kinds = list({piece.mark: piece for piece in pieces}.values())
         self._number = {piece.mark: k for k, piece in enumerate(self.kinds)}
         self.demand = np.zeros(len(self.kinds))
         for piece in pieces:
             self.demand[self._number[piece.mark]] += 1
-        self.rules, self.beside = rules, beside
+        self.rules = rules
         self.random = np.random.default_rng(seed)
+        self.areas = np.array([piece.area for piece in self.kinds])
+        self.sizes = np.array([stock.length * stock.width for stock in rules.stocks])
         self.costs = np.array([stock.price for stock in rules.stocks])
         few = [np.inf if s.quantity is None else s.quantity for s in rules.stocks]
         self.stocked = np.array(few, dtype=np.float64)
@@ -123,41 +117,10 @@ class SheetPool:
             counts[self._number[placement.mark]] += 1
         return self.keep(Found(stock, counts, tuple(placed)))
 
-    def offer(self, prices: Array, demand: Array, costs: Array) -> int:
-        """Tell the other engine what to look for; how many new sheets it has found before."""
-        if self.beside is None:
-            return 0
-        self.beside.offer(prices, demand, costs)
-        return sum(self.join(stock, placed) for stock, placed in self.beside.taken())
-
     def mix(self, demand: Array, stocked: Array) -> Mix:
         """The cheapest mix for some demand and stock."""
-        self._thin()
+        self.thin()
         return cheapest_mix(self.counts(), self.own(), self.costs, demand, stocked)
-
-    def look(self, mix: Mix, demand: Array, stocked: Array, many: int = A_ROUND) -> int:
-        """Sheets priced higher than they cost; their number.
-
-        Half of them are made anew, half from sheets of the mix: some pieces taken out, the others
-        dropped in another order, the rest filled up.
-        """
-        found = self.offer(mix.prices, demand, np.where(stocked > 0, self.costs + mix.dues, np.inf))
-        stocks = np.flatnonzero(stocked > 0).tolist()
-        shares = np.append(mix.shares, np.zeros(len(self) - len(mix.shares)))
-        mixed = [k for k in np.flatnonzero(shares > 1e-6) if self.sheets[k].rows]
-        for turn in range(many):
-            stock, begin = stocks[turn % len(stocks)], []
-            if mixed and self.random.random() < REDROPPED:
-                old = self.sheets[mixed[int(self.random.integers(len(mixed)))]]
-                stock = old.stock if stocked[old.stock] > 0 else stock
-                if stock == old.stock:
-                    begin = self.partly(old)
-            keen = float(self.random.choice(KEEN))
-            sheet = self.drop(stock, mix.prices, demand, keen, begin)
-            cost = self.costs[stock] + mix.dues[stock]
-            if sheet.counts @ mix.prices > cost * (1.0 + 1e-6):
-                found += self.keep(sheet)
-        return found
 
     def counts(self) -> Array:
         """How many of each kind every sheet of the pool holds."""
@@ -198,12 +161,12 @@ class SheetPool:
                 layout.append((self.rules.stocks[found.stock], kept))
         return layout
 
-    def _thin(self) -> None:
+    def thin(self, most: int = MOST) -> None:
         """Keep the pool small: the sheets that are nearest to being used."""
-        if len(self.sheets) <= MOST:
+        if len(self.sheets) <= most:
             return
         counts, own = self.counts(), self.own()
         mix = cheapest_mix(counts, own, self.costs, self.demand, self.stocked)
         excess = self.costs[own] + mix.dues[own] - counts @ mix.prices
-        kept = np.sort(np.argsort(excess, kind="stable")[: MOST // 2])
+        kept = np.sort(np.argsort(excess, kind="stable")[: most // 2])
         self.sheets = [self.sheets[k] for k in kept]

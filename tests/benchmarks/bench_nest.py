@@ -22,6 +22,7 @@ from fabgeo.sheets.stock import Stock
 from fabgeo.sheets.strip import nest_strip
 from fabgeo.sheets.verify import check_nest
 
+START = time.monotonic()
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 ONE = [Stock("3000", "al", 3.0, 3000.0, 1500.0)]
 THREE = [
@@ -40,7 +41,7 @@ def sheets(stocks: list[Stock], seconds: float, steps: int | None = None) -> Non
     usable = 2980.0 * 1480.0
     print(f"bounds on 3000 x 1500: area {-(-used // usable):.0f} sheets; {long} of 200 over half")
     start, cpu = time.monotonic(), time.process_time()
-    (made,) = nest(parts, stocks, 6.0, 10.0, seconds=seconds, steps=steps, listener=print)
+    (made,) = nest(parts, stocks, 6.0, 10.0, seconds=seconds, steps=steps, listener=told)
     problems = check_nest(made, {part.mark: part_contour(part) for part in parts})
     bought = sum(sheet.stock.length * sheet.stock.width for sheet in made.sheets) / 1e6
     print(
@@ -56,6 +57,10 @@ def strip(name: str, seconds: float) -> None:
     made = nest_strip([piece_of(part, growth=1e-6 * width) for part in parts], width, 0.0, seconds)
     print(f"{name}: density {100 * made.density:.1f} % by {made.engine}, length {made.length:.1f}")
     tell(start, cpu)
+
+
+def told(words: str) -> None:
+    print(f"{time.monotonic() - START:6.1f} s  {words}", flush=True)
 
 
 def tell(start: float, cpu: float) -> None:
