@@ -2,8 +2,9 @@
 
 Glossary
 --------
-filling, mending
-    See `fabgeo.sheets.filling` and `fabgeo.sheets.mending`.
+filling, dive, mending
+    See `fabgeo.sheets.filling`, `fabgeo.sheets.diving` and `fabgeo.sheets.mending`. Dives are worth
+    their time where all sheets are alike.
 choice
     The cheapest whole sheets of all that were found (`fabgeo.sheets.sheetpool`).
 """
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fabgeo.sheets.diving import Dives
 from fabgeo.sheets.filling import LARGE, Wanted, filled
 from fabgeo.sheets.mending import Hand, mend, mended
 from fabgeo.sheets.pieces import Piece
@@ -29,7 +31,7 @@ FILLING = (1, 10, 40)  # tries a sheet
 VAIN = 15  # fillings in a row that may gain nothing
 FEW = 60  # kinds of pieces whose last choice is made
 STEP_TRIES, STEP_MENDINGS = 10, 20  # of them a step
-FILLED, MENDED = 0.06, 0.98  # shares of the time after which the filling and the mending end
+FILLED, DIVED, MENDED = 0.06, 0.45, 0.98  # shares of the time after which each ends
 
 
 class Cover:
@@ -42,7 +44,7 @@ class Cover:
     end : float
         `time.monotonic()` to stop at; without effect where `steps` are given.
     steps : int, optional
-        So many times `STEP_MENDINGS` mendings in this process: reproducible.
+        Dives, then so many times `STEP_MENDINGS` mendings in this process: reproducible.
     jobs : int, optional
         Processes that mend side by side where no steps are given; None: one for each core.
     """
@@ -73,6 +75,9 @@ class Cover:
             yield self._known(filled(pool, pool.areas**large, wanted, tries, soon, end))
             if self._late(0.1):
                 return
+        if self._best and (self.steps is not None or len(self.rules.stocks) == 1):
+            for sheets in Dives(pool, start + DIVED * (self.end - start), self.steps).layouts():
+                yield self._known(sheets)
         if self._best:
             for sheets in self._mended(start + MENDED * (self.end - start)):
                 yield self._known(sheets)

@@ -9,7 +9,8 @@ pool
     that is held twice is left out of one.
 price
     What one more piece of a kind would cost in the cheapest mix of the pool's sheets: the dual of
-    the linear programme (Gilmore and Gomory 1961). It tells which sheets no good choice holds.
+    the linear programme (Gilmore and Gomory 1961). A sheet whose pieces are priced higher than the
+    sheet itself makes the mix cheaper: such sheets are looked for.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from fabgeo.sheets.nest import Rules
 
 KEEN = (1.0, 1.5, 2.0, 3.0)  # exponents of the worth against the room taken
+A_ROUND = 48  # sheets looked for between two programmes
+REDROPPED = 0.5  # share of them that begin with pieces of a sheet of the mix
 MOST = 4000  # sheets in the pool
 
 
@@ -121,6 +124,29 @@ class SheetPool:
         """The cheapest mix for some demand and stock."""
         self.thin()
         return cheapest_mix(self.counts(), self.own(), self.costs, demand, stocked)
+
+    def look(self, mix: Mix, demand: Array, stocked: Array, many: int = A_ROUND) -> int:
+        """Sheets priced higher than they cost; their number.
+
+        Half of them are made anew, half from sheets of the mix: some pieces taken out, the others
+        dropped in another order, the rest filled up.
+        """
+        found, stocks = 0, np.flatnonzero(stocked > 0).tolist()
+        shares = np.append(mix.shares, np.zeros(len(self) - len(mix.shares)))
+        mixed = [k for k in np.flatnonzero(shares > 1e-6) if self.sheets[k].rows]
+        for turn in range(many):
+            stock, begin = stocks[turn % len(stocks)], []
+            if mixed and self.random.random() < REDROPPED:
+                old = self.sheets[mixed[int(self.random.integers(len(mixed)))]]
+                stock = old.stock if stocked[old.stock] > 0 else stock
+                if stock == old.stock:
+                    begin = self.partly(old)
+            keen = float(self.random.choice(KEEN))
+            sheet = self.drop(stock, mix.prices, demand, keen, begin)
+            cost = self.costs[stock] + mix.dues[stock]
+            if sheet.counts @ mix.prices > cost * (1.0 + 1e-6):
+                found += self.keep(sheet)
+        return found
 
     def counts(self) -> Array:
         """How many of each kind every sheet of the pool holds."""
