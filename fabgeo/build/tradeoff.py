@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ from fabgeo.build.skin import inputs_of, limits_of, sheet_of
 from fabgeo.build.surface import surface_of
 from fabgeo.errors import InputError
 from fabgeo.panels.limits import Costs
-from fabgeo.panels.tradeoff import plot, table, trade_off
-from fabgeo.project import read_project
+from fabgeo.panels.samples import PanelInput
+from fabgeo.panels.tradeoff import TradeOffRow, plot, table, trade_off
+from fabgeo.project import Project, read_project
 
 DEVIATIONS_MM = (1.0, 3.0, 6.0)
 ANGLES_DEG = (0.5, 1.0, 3.0)
@@ -58,14 +60,7 @@ def tradeoff_of(
     if project.panels is None:
         raise InputError("[panels]", "is not in the project", "add it: the table is about panels")
     clock = Clock(listener)
-    with clock.stage("surface"):
-        surface = surface_of(project, path.parent)
-    with clock.stage("start"):
-        start = start_of(project, surface, path.parent)
-    with clock.stage("fit"):
-        model = outwards(fit_of(project, start, clock).model)
-    lanes = lanes_of(project, model)
-    panels = inputs_of(project, lanes, patches_of(project, lanes))
+    panels = _panels(project, path.parent, clock)
     with clock.stage("tradeoff", len(DEVIATIONS_MM) * len(ANGLES_DEG)):
         found = trade_off(
             panels,
@@ -77,19 +72,33 @@ def tradeoff_of(
             thorough=project.panels.choice == "thorough",
         )
         rows = list(clock.each(found))
-    result: dict[str, Any] = {
+    return {
         "panels": len(panels),
         "rows": [asdict(row) for row in rows],
         "notes": list(NOTES),
-        "files": [],
+        "files": [] if out is None else _written(rows, out),
     }
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        with (out / "tradeoff.csv").open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, fieldnames=list(result["rows"][0]))
-            writer.writeheader()
-            writer.writerows(result["rows"])
-        (out / "tradeoff.md").write_text(table(rows) + "\n", encoding="utf-8")
-        plot(rows, out / "tradeoff.png")
-        result["files"] = ["tradeoff.csv", "tradeoff.md", "tradeoff.png"]
-    return result
+
+
+def _panels(project: Project, folder: Path, clock: Clock) -> list[PanelInput]:
+    """Gross panels of the fitted model."""
+    with clock.stage("surface"):
+        surface = surface_of(project, folder)
+    with clock.stage("start"):
+        start = start_of(project, surface, folder)
+    with clock.stage("fit"):
+        model = outwards(fit_of(project, start, clock).model)
+    lanes = lanes_of(project, model)
+    return inputs_of(project, lanes, patches_of(project, lanes))
+
+
+def _written(rows: Sequence[TradeOffRow], out: Path) -> list[str]:
+    """Names of the files with the rows: numbers, a table, a plot."""
+    out.mkdir(parents=True, exist_ok=True)
+    with (out / "tradeoff.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(asdict(rows[0])))
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)
+    (out / "tradeoff.md").write_text(table(rows) + "\n", encoding="utf-8")
+    plot(rows, out / "tradeoff.png")
+    return ["tradeoff.csv", "tradeoff.md", "tradeoff.png"]

@@ -17,17 +17,18 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fabgeo.panels.bounds import first_order, proven
 from fabgeo.panels.classify import PanelChoice, describe
+from fabgeo.panels.effort import Effort
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.integer import IntegerChoice
 from fabgeo.panels.limits import Costs, Tolerances
-from fabgeo.panels.placing import MANY, StripPlacing
+from fabgeo.panels.placing import StripPlacing
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
+from fabgeo.panels.stripwise import Stripwise
 
 _GAIN = 5e-3  # of the cost: what a round has to gain for another one
-_FEW = 200  # panels up to which neighbouring strips are placed in pairs in any case
-_WINDOWS = (2, 3)  # neighbouring strips that are placed together
 
 
 @dataclass(frozen=True)
@@ -160,22 +161,17 @@ def choose(
     """
     began = time.perf_counter()
     tolerances, costs = tolerances or Tolerances(), costs or Costs()
+    effort = Effort.of(len(panels), rounds, thorough)
     search = Search(panels, tolerances, costs, seconds)
     if radii is not None or radii_step is not None:
         search.limit_radii(radii, radii_step)
-    one_by_one = search.cost
-    history = [one_by_one]
-    many = len(panels) > MANY
-    result = _swept(search, min(rounds, 1) if many else rounds, history)
-    placing = StripPlacing(search, jobs, seconds)
-    if rounds and (thorough or not many):
-        if not many:
-            placing.prove()
-        result = _placed(placing, rounds, history, thorough) or result
-    floor = float(search.floors.sum())
-    proven = search.cost if search.proven else floor
-    if rounds and not many and not search.proven:
-        proven = placing.certify()
+    history = [search.cost]
+    result = _swept(search, effort, history)
+    strips = Stripwise(search)
+    bounds = first_order(strips, jobs) if effort.bounded else strips.summed(search.floors)
+    placing = StripPlacing(strips, bounds, jobs, seconds)
+    result = _placed(placing, effort, history) or result
+    bound = _bound(strips, effort, jobs)
     chosen = describe(
         panels,
         search.own,
@@ -189,11 +185,11 @@ def choose(
     return JointChoice(
         panels=tuple(chosen),
         cost=search.cost,
-        bound=proven,
-        nearly=max(proven, float(placing.bounds.sum())),
+        bound=bound,
+        nearly=max(bound, float(bounds.sum())),
         among=result.bound,
-        floor=floor,
-        one_by_one=one_by_one,
+        floor=float(search.floors.sum()),
+        one_by_one=history[0],
         candidates=len(search.pool),
         status="time limit" if placing.late else result.status,
         history=tuple(history),
@@ -201,13 +197,13 @@ def choose(
     )
 
 
-def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
+def _swept(search: Search, effort: Effort, history: list[float]) -> IntegerChoice:
     """Choose among candidates of sweeps, then of rounds against the neighbours as chosen."""
     if not search.proven:
         search.settle()
     result = search.choose()
     history.append(search.cost)
-    for _ in range(rounds):
+    for _ in range(effort.candidates):
         if search.proven or not search.widen():
             break
         result = search.choose()
@@ -217,33 +213,38 @@ def _swept(search: Search, rounds: int, history: list[float]) -> IntegerChoice:
     return result
 
 
-def _placed(
-    placing: StripPlacing, rounds: int, history: list[float], thorough: bool
-) -> IntegerChoice | None:
+def _placed(placing: StripPlacing, effort: Effort, history: list[float]) -> IntegerChoice | None:
     """Strips placed by their programmes, as long as another round can be expected to gain.
 
     A round gains about as much less than the one before it as that one did: those to come are not
     waited for to have shown it.
     """
     search, before = placing.search, 1.0
-    if search.proven:
+    if search.proven or not effort.strips:
         return None
-    for _ in range(rounds):
+    for _ in range(effort.strips):
         placing.improve()
         history.append(search.cost)
         gain = _gain(history)
         if search.proven or gain * min(1.0, gain / before) < _GAIN:
             break
         before = gain
-    few = len(search.samples) <= _FEW
-    for count in _WINDOWS if thorough else _WINDOWS[:few]:
-        for _ in range(rounds if few else 1):
+    for count in effort.windows:
+        for _ in range(effort.again):
             for shift in range(count):
                 placing.improve_windows(count, shift)
             history.append(search.cost)
             if search.proven or _gain(history) < _GAIN:
                 break
     return search.choose()
+
+
+def _bound(strips: Stripwise, effort: Effort, jobs: int | None) -> float:
+    """What no choice undercuts: see `JointChoice.bound`."""
+    search = strips.search
+    if search.proven:
+        return search.cost
+    return proven(strips, jobs) if effort.bounded else float(search.floors.sum())
 
 
 def _gain(history: Sequence[float]) -> float:

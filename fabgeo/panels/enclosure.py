@@ -22,103 +22,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
-from fabgeo.panels.boxed import Shape, ends_of, shape_of, terms_of
+from fabgeo.arrays import Array, BoolArray, IntArray, dot
+from fabgeo.panels.boxed import shape_of
 from fabgeo.panels.firstorder import FREE, Option
-from fabgeo.panels.forms import Form, Linear
+from fabgeo.panels.forms import Linear
 from fabgeo.panels.joints import Joints
 from fabgeo.panels.limits import Tolerances
+from fabgeo.panels.ranged import FEATURES, Meeting, joint_features, own_features
 from fabgeo.panels.samples import Samples
 
 BEYOND = (3.0, 2.0, 1.5, 1.2)  # of the box to first order: where contraction may begin
 _SETTLED = 0.95  # of that, at most, is what a box settles at
 _CONTRACTIONS = 4
 _TOGETHER = 32  # panels in one batch: few stay in the processor's cache
-_AT = np.array([0, 4, 8])  # of the joints' nine samples
-_DIRECTIONS = np.pi / 4.0 * np.arange(4)  # across a joint
-
-
-def _sum(a: list[Form], b: list[Form]) -> Form:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def own_features(shape: Shape, samples: Samples, tolerances: Tolerances) -> Linear:
-    """Distances of both edges and shifts of the ends over boxes, in units of their limits."""
-    points = samples.points(np.array([0.0, 1.0]))[:, ::2]
-    near = terms_of(shape, points.reshape(len(samples), -1, 3)).distance
-    near = near.scaled(1.0 / min(tolerances.deviation_mm, tolerances.flange))
-    if not shape.bent:
-        return near.linear
-    shift = ends_of(shape, samples.edges[0][:, [0, -1]])[0]
-    return Form.joined([near, shift.scaled(1.0 / tolerances.ends_mm).shaped(-1)]).linear
-
-
-@dataclass(frozen=True)
-class Meeting:
-    """What joints are measured by: directions at three of their samples, and what kinks leave open.
-
-    Attributes
-    ----------
-    points : (j, 3, 3) array
-    around : (j, 3, 4, 3) array
-        Directions across the joint in which gaps are measured.
-    along : (j, 3, 3) array
-        Unit vectors about which the kink is.
-    tilt : (2, j, 3, 3) array
-        Where normals of either panel tilt to about them.
-    own : (j, 3) array
-        Angle between the fitted normals about `along` less their rotation vector's part there.
-    """
-
-    points: Array
-    around: Array
-    along: Array
-    tilt: Array
-    own: Array
-
-    @classmethod
-    def of(cls, joints: Joints) -> Meeting:
-        """Those of given joints."""
-        along = joints.points
-        if len(joints):
-            along = unit(np.gradient(joints.points, axis=1, edge_order=2))
-        along = along[:, _AT]
-        first, second = joints.normals[:, :, _AT]
-        across = np.cross(along, first)
-        around = [np.cos(a) * first + np.sin(a) * across for a in _DIRECTIONS]
-        tilt = np.cross(along, joints.normals[:, :, _AT])
-        level = dot(second, first) - dot(along, first) * dot(along, second)
-        angle = np.arctan2(dot(second, tilt[0]), level)  # of the projections across `along`
-        own = angle - dot(joints.own[:, _AT], along)
-        return cls(joints.points[:, _AT], np.stack(around, axis=2), along, unit(tilt), own)
-
-
-def joint_features(
-    shape: Shape, meeting: Meeting, side: int, joint: IntArray, ends: bool, limits: Tolerances
-) -> tuple[Linear, Array]:
-    """Features (j, 15) of made panels at joints over boxes, and how far normals lean along them.
-
-    At each of three samples the gap's part in four directions, and the tilt, in their limits.
-    """
-    points, count = meeting.points[joint], len(joint)
-    if ends and shape.bent:
-        _, moves, normal = ends_of(shape, points[:, None, [0, 2]])
-        moves = [m.shaped(2) for m in moves]
-        middle = [(m[:, :1] + m[:, 1:]).scaled(0.5) for m in moves]
-        off = [Form.joined([m[:, :1], c, m[:, 1:]]) for m, c in zip(moves, middle, strict=True)]
-        normal = [Form.joined([n.shaped(1)] * 3) for n in normal]
-    else:
-        near = terms_of(shape, points)
-        off, normal = [-(near.distance * n) for n in near.normal], near.normal
-    gaps = []
-    for a in range(len(_DIRECTIONS)):
-        gaps.append(_sum(off, shape.turned(meeting.around[joint, :, a])))
-    tilt = _sum(normal, shape.turned(meeting.tilt[side, joint]))
-    lean = _sum(normal, shape.turned(meeting.along[joint])).most
-    most = tilt.most  # the angle is the tilt's arc sine, the normal's length across taken as one
-    tilt = tilt.wider(most**3 / 5.0 + most * lean**2)
-    both = [gap.scaled(1.0 / limits.gap_mm) for gap in gaps] + [tilt.scaled(1.0 / limits.kink)]
-    return Form.joined(both).linear, lean.reshape(count, -1).max(axis=1)
 
 
 @dataclass(frozen=True)
@@ -202,7 +118,7 @@ class _Boxes:
     def steps(self, half: Array) -> Array:
         """Steps (p, free, f) of the carriers that steps of one make."""
         units = self.option.unit[self.index][:, self.option.free, None]
-        return units * self.to_unit * half[:, None]
+        return units * (self.option.mixed[self.index] @ self.to_unit) * half[:, None]
 
     def features(self, half: Array) -> Linear:
         """The panels' own features over boxes, and how near steps are to what none goes beyond."""
@@ -212,7 +128,7 @@ class _Boxes:
         with np.errstate(invalid="ignore"):
             found = own_features(shape, self.samples, self.limits)
         zero = np.zeros(half.shape)
-        border = self.to_unit * half[:, None] / _FAR
+        border = (option.mixed[self.index] @ self.to_unit) * half[:, None] / _FAR
         return Linear(
             np.concatenate([found.value, zero], axis=1),
             np.concatenate([found.slope, border], axis=1),
@@ -254,8 +170,7 @@ def enclose(
     """Features of an option over the boxes that the panels' own limits allow."""
     index = np.flatnonzero(option.able)
     count, steps = len(index), option.count
-    border = np.broadcast_to(np.eye(steps) / _FAR, (count, steps, steps))
-    slope = np.concatenate([option.slope[index], border], axis=1)
+    slope = np.concatenate([option.slope[index], option.mixed[index] / _FAR], axis=1)
     value = np.concatenate([option.value[index], np.zeros((count, steps))], axis=1)
     to_unit = np.linalg.inv(np.linalg.qr(slope)[1])  # distances are orthogonal in its columns
     first = _allowed(Linear(value, slope @ to_unit, np.zeros(value.shape)))
@@ -325,10 +240,9 @@ def _edges(
 ) -> tuple[Array, Array, Array, Array]:
     """Value, slope, rest and lean of features at all joints of one side."""
     panel = joints.panels[:, side]
-    width = len(_AT) * (len(_DIRECTIONS) + 1)
-    value, lean = np.zeros((len(joints), width)), np.zeros(len(joints))
-    slope = np.zeros((len(joints), width, option.count))
-    rest = np.zeros((len(joints), width))
+    value, lean = np.zeros((len(joints), FEATURES)), np.zeros(len(joints))
+    slope = np.zeros((len(joints), FEATURES, option.count))
+    rest = np.zeros((len(joints), FEATURES))
     rest[able[panel] & ~sure[panel]] = _UNKNOWN
     sure = sure & able
 

@@ -31,6 +31,7 @@ _AT = np.array([0, 2, 4, 6, 8])  # of the joints' nine samples
 _DIRECTIONS = np.pi / 8.0 * np.arange(8)  # in the plane across a joint: 16 sides about a circle
 ENDS = 4  # features of a panel's own that are shifts of its ends: the last ones
 _STEPS = 6  # a shift, three rotations, k and g: see Carriers.derivatives
+_FAR = 1e4  # steps of about a millimetre that none goes beyond
 FREE = {
     "flat": np.arange(3),
     "cylinder": np.arange(5),
@@ -95,9 +96,15 @@ class Option:
     able : (p,) bool array
         Whether the panel may take this option.
     unit : (p, 6) array
-        Steps of one about a millimetre.
+        Steps of a carrier that move it by about a millimetre.
     free : (f,) int array
         Which of the six steps the class may make.
+    mixed : (p, f, f) array
+        Those, in parts of `unit`, that steps of one make: combined so that the panel's own features
+        change orthonormally. Programmes whose columns are alike solve without trouble.
+    reach : (p, f) array
+        Absolute column sums of those changes: a step is as large as the largest change of an own
+        feature times this at most.
     value, slope : (p, s) and (p, s, f) arrays
         Features of the panels: distances to the fitted one, shifts of their ends; zero of those
         that are not able, as at their joints.
@@ -112,6 +119,8 @@ class Option:
     able: BoolArray
     unit: Array
     free: IntArray
+    mixed: Array
+    reach: Array
     value: Array
     slope: Array
     edge: tuple[Array, Array]
@@ -126,7 +135,7 @@ class Option:
     def placed(self, panel: IntArray, steps: Array) -> Carriers:
         """Carriers of some panels after steps (n, f)."""
         full = np.zeros((len(panel), _STEPS))
-        full[:, self.free] = steps
+        full[:, self.free] = np.einsum("pij,pj->pi", self.mixed[panel], steps)
         return self.base[panel].moved(full * self.unit[panel])
 
 
@@ -168,22 +177,41 @@ def option_of(
         ahead, behind = others(base.moved(step)), others(base.moved(-step))
         for into, a, b in zip(slopes, ahead, behind, strict=True):
             into.append((a - b) / 2.0)
-    ends, first, second = others(base)
-    by_step = [np.stack(columns, axis=-1) for columns in slopes]
+    ends, *edges = others(base)
+    by_ends, *by_edges = (np.stack(columns, axis=-1) for columns in slopes)
     near = (slope * unit_step[index][:, None])[..., free] / limit
-    total = len(samples), len(joints)
+    own = np.concatenate([near, by_ends], axis=1)
+    mixed, reach = _orthonormal(own)
+    count = len(samples)
+    every = _spread(mixed, index, count)
+    turned = [
+        by_edge @ every[joints.panels[at[side], side]] for side, by_edge in enumerate(by_edges)
+    ]
     return Option(
         kind,
         base,
         able,
         unit_step,
         free,
-        _spread(np.concatenate([distance / limit, ends], axis=1), index, total[0]),
-        _spread(np.concatenate([near, by_step[0]], axis=1), index, total[0]),
-        (_spread(first, at[0], total[1]), _spread(second, at[1], total[1])),
-        (_spread(by_step[1], at[0], total[1]), _spread(by_step[2], at[1], total[1])),
+        every,
+        _spread(reach, index, count),
+        _spread(np.concatenate([distance / limit, ends], axis=1), index, count),
+        _spread(own @ mixed, index, count),
+        (_spread(edges[0], at[0], len(joints)), _spread(edges[1], at[1], len(joints))),
+        (_spread(turned[0], at[0], len(joints)), _spread(turned[1], at[1], len(joints))),
         boundaries.few,
     )
+
+
+def _orthonormal(slope: Array) -> tuple[Array, Array]:
+    """Combinations (p, f, f) of columns (p, m, f) that are orthonormal, and column sums (p, f).
+
+    What hardly changes any feature counts by `_FAR` instead: of that no step makes more.
+    """
+    count, steps = slope.shape[0], slope.shape[2]
+    border = np.broadcast_to(np.eye(steps) / _FAR, (count, steps, steps))
+    columns, mixed = np.linalg.qr(np.concatenate([slope, border], axis=1))
+    return np.linalg.inv(mixed), np.abs(columns).sum(axis=1)
 
 
 def _spread(values: Array, index: IntArray, count: int) -> Array:

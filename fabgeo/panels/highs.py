@@ -17,7 +17,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from scipy.sparse import csr_array
 
-from fabgeo.arrays import Array, BoolArray
+from fabgeo.arrays import Array, BoolArray, IntArray
 
 _Settings = dict[str, str | bool | int | float]
 _SAME: _Settings = {
@@ -47,9 +47,13 @@ class Programme:
     lower, upper : (n,) arrays
     whole : (n,) bool array
         Which x are zero or one.
+    behind : (n,) int array or None
+        The binary without which a column is zero (a binary: itself), where we branch here.
     small : bool
         Whether to branch here: preparing the integer search takes HiGHS ten times as long as the
         few linear programmes that a small one needs. Only integers may have costs then.
+    dive : bool
+        Look for solutions, where we branch here, rather than for a high bound.
     nodes, iterations : int
         Most nodes of the integer search, and most steps of the simplex method in each of them
         where we branch here.
@@ -64,7 +68,9 @@ class Programme:
     lower: Array
     upper: Array
     whole: BoolArray
+    behind: IntArray | None = None
     small: bool = True
+    dive: bool = False
     nodes: int = 16
     iterations: int = 2000
     seconds: float | None = None
@@ -148,13 +154,17 @@ def _branched(programme: Programme) -> Solution:
     whole = np.flatnonzero(programme.whole).astype(np.int32)
     step = divisor(programme.cost[whole])
     best, x, lost = np.inf, None, np.inf
-    stack = [(-np.inf, 0, programme.lower[whole], programme.upper[whole])]
+    # By bound, less a step for every choice made where solutions matter more: (order, number of
+    # the node, bound, depth, bounds of the binaries).
+    stack = [(-np.inf, 0, -np.inf, 0, programme.lower[whole], programme.upper[whole])]
     for node in range(programme.nodes):
-        if not stack or stack[0][0] >= best - 1e-6:
+        while stack and stack[0][2] >= best - 1e-6:
+            heappop(stack)
+        if not stack:
             return Solution(x, min(best, lost), "infeasible" if x is None else "optimal")
-        bound, _, lower, upper = heappop(stack)
+        _, _, bound, depth, lower, upper = heappop(stack)
         if len(whole):
-            highs.changeColsBounds(len(whole), whole, lower, upper)
+            _narrow(highs, programme, lower, upper)
         highs.run()
         status = highs.getModelStatus()
         if status == highspy.HighsModelStatus.kInfeasible:
@@ -173,12 +183,27 @@ def _branched(programme: Programme) -> Solution:
             continue
         k = int(off.argmax())
         near = np.round(found[whole][k])
+        order = float(least) - programme.dive * step * (depth + 1)
         for value in (near, 1.0 - near):
             below, above = lower.copy(), upper.copy()
             below[k] = above[k] = value
-            heappush(stack, (float(least), -2 * node - int(value == near), below, above))
-    open_ = stack[0][0] if stack else np.inf
+            number = -2 * node - int(value == near)
+            heappush(stack, (order, number, float(least), depth + 1, below, above))
+    open_ = min((one[2] for one in stack), default=np.inf)
     return Solution(x, min(best, lost, open_), "node limit")
+
+
+def _narrow(highs: highspy.Highs, programme: Programme, lower: Array, upper: Array) -> None:
+    """Give binaries other bounds, and what is behind those that are zero no room.
+
+    Otherwise rows alone hold it at zero: that many at once that the simplex method gets lost.
+    """
+    low, high = programme.lower.copy(), programme.upper.copy()
+    low[programme.whole], high[programme.whole] = lower, upper
+    if programme.behind is not None:
+        off = (high[programme.behind] == 0.0) & ~programme.whole
+        low[off] = high[off] = 0.0
+    highs.changeColsBounds(len(low), np.arange(len(low), dtype=np.int32), low, high)
 
 
 def divisor(prices: Array) -> float:

@@ -133,6 +133,8 @@ class Binaries:
     cost : list of float
     whole : list of bool
         Which columns are binaries.
+    behind : list of int
+        The binary that a column is zero without.
     """
 
     def __init__(self, options: Sequence[Classed], prices: Array, rows: Rows) -> None:
@@ -140,6 +142,7 @@ class Binaries:
         self.column: dict[tuple[int, int], int] = {}
         self.cost: list[float] = []
         self.whole: list[bool] = []
+        self.behind: list[int] = []
 
     def of_panel(self, p: int) -> list[int]:
         """Append a panel's, of which exactly one is one; the options that it may take."""
@@ -151,6 +154,7 @@ class Binaries:
             self._rows.put(len(self.cost), np.ones((1, 1)))
             self.cost += [float(self._prices[kind])] + [0.0] * steps
             self.whole += [True] + [False] * steps
+            self.behind += [self.column[p, k]] * (1 + steps)
         return here
 
 
@@ -209,12 +213,15 @@ def choosing(
     rows = Rows()
     binaries = Binaries(options, prices, rows)
     column = binaries.column
+    most: list[float] = []  # that a column can be
     for p in group.panels.tolist():
         for k in binaries.of_panel(p):
             f, slope = options[k].value[p][:, None], options[k].slope[p]
+            most += [1.0, *(options[k].reach[p] * (share + np.abs(f).max()))]
             for sign in (1.0, -1.0):
                 rows.begin(np.full(len(f), -np.inf), np.zeros(len(f)))
                 rows.put(column[p, k], np.hstack([sign * f - share, sign * slope]))
+        most.append(1.0)  # as fitted
     few = np.arange(options[0].edge[0].shape[1]) if every else options[0].few
     for offset, terms in joint_rows(group, options[0].edge[0].shape[1]):
         rows.begin(offset[few] - share, offset[few] + share)
@@ -232,9 +239,10 @@ def choosing(
         np.array(binaries.cost),
         rows.matrix(len(binaries.cost)),
         *rows.limits,
-        np.where(whole, 0.0, -np.inf),
-        np.where(whole, 1.0, np.inf),
+        np.where(whole, 0.0, -np.array(most)),
+        np.array(most),
         whole,
+        np.array(binaries.behind),
     )
     return Choosing(programme, column)
 

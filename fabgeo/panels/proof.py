@@ -26,11 +26,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabgeo.arrays import Array, dot
-from fabgeo.panels.enclosure import Enclosed, Meeting
+from fabgeo.panels.enclosure import Enclosed
 from fabgeo.panels.highs import Programme
 from fabgeo.panels.joints import Joints
 from fabgeo.panels.limits import Tolerances
 from fabgeo.panels.programme import Binaries, Group, Rows
+from fabgeo.panels.ranged import Meeting
 
 _ROUNDING = 1e-6  # of a limit
 _UNKNOWN = 1e3  # limits: what excludes nothing
@@ -110,4 +111,5 @@ def bounding(
         np.where(whole, 0.0, -1.0),
         np.ones(len(whole)),
         whole,
+        np.array(binaries.behind),
     )

@@ -12,35 +12,36 @@ from scipy.spatial.transform import Rotation
 from fabgeo.arrays import Array, dot, unit
 from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.choose import choose
-from fabgeo.panels.enclosure import Enclosed, Meeting, enclose
+from fabgeo.panels.enclosure import Enclosed, enclose
 from fabgeo.panels.firstorder import Option
 from fabgeo.panels.forms import Form, arc, sine, versine
 from fabgeo.panels.joints import made_boundary, rotation
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.made import end_shift
-from fabgeo.panels.placing import StripPlacing
 from fabgeo.panels.proof import kinks_open
+from fabgeo.panels.ranged import Meeting
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
+from fabgeo.panels.stripwise import Stripwise
 
 LIMITS = Tolerances(deviation_mm=3.0, kink_deg=1.0, gap_mm=2.0)
 
 
 @pytest.fixture(scope="module")
-def placing() -> StripPlacing:
+def strips() -> Stripwise:
     search = Search(panels_of(cone_strips(), 6), LIMITS, Costs())
     search.settle()
     search.choose()
-    return StripPlacing(search)
+    return Stripwise(search)
 
 
 @pytest.fixture(scope="module")
-def enclosed(placing: StripPlacing) -> list[tuple[Option, Enclosed]]:
-    search = placing.search
+def enclosed(strips: Stripwise) -> list[tuple[Option, Enclosed]]:
+    search = strips.search
     meeting = Meeting.of(search.joints)
     return [
         (option, enclose(option, search.samples, search.joints, meeting, LIMITS))
-        for option in placing.options
+        for option in strips.options
         if option.able.any()
     ]
 
@@ -81,9 +82,9 @@ def test_the_kinks_part_about_a_joint_is_the_angle_but_for_what_is_left_open() -
 
 
 def test_features_of_random_placements_keep_to_their_rests(
-    placing: StripPlacing, enclosed: list[tuple[Option, Enclosed]]
+    strips: Stripwise, enclosed: list[tuple[Option, Enclosed]]
 ) -> None:
-    search, rng = placing.search, np.random.default_rng(3)
+    search, rng = strips.search, np.random.default_rng(3)
     joints, meeting = search.joints, Meeting.of(search.joints)
     for option, own in enclosed:
         assert own.sure[option.able].all()
@@ -101,17 +102,17 @@ def test_features_of_random_placements_keep_to_their_rests(
             for side in (0, 1):
                 panel = joints.panels[:, side]
                 at = np.flatnonzero(own.able[panel])
-                exact = at_joints(moved[panel[at]], placing, meeting, side, at)
+                exact = at_joints(moved[panel[at]], strips, meeting, side, at)
                 linear = own.edge[side] + np.einsum("jmf,jf->jm", own.edge_slope[side], s[panel])
                 assert np.all(np.abs(linear[at] - exact) <= own.edge_rest[side][at] + 1e-9)
         assert np.median(own.rest[own.able].max(axis=1)) < 1.0
 
 
 def at_joints(
-    moved: Carriers, placing: StripPlacing, meeting: Meeting, side: int, joint: np.ndarray
+    moved: Carriers, strips: Stripwise, meeting: Meeting, side: int, joint: np.ndarray
 ) -> Array:
     """Gaps in four directions and the angle of the normal about the joint, at three samples."""
-    joints = placing.search.joints
+    joints = strips.search.joints
     points, normals = made_boundary(
         moved,
         np.ones(len(joint), dtype=bool),
@@ -153,10 +154,10 @@ def steps_to(base: Carriers, other: Carriers) -> Array:
 
 
 def test_placements_found_by_search_are_in_their_boxes(
-    placing: StripPlacing, enclosed: list[tuple[Option, Enclosed]]
+    strips: Stripwise, enclosed: list[tuple[Option, Enclosed]]
 ) -> None:
     """Every candidate was found by nonlinear fits that know nothing of boxes."""
-    pool, samples = placing.search.pool, placing.search.samples
+    pool, samples = strips.search.pool, strips.search.samples
     for option, own in enclosed:
         at = np.flatnonzero(pool.kind == option.kind)
         panel = pool.panel[at]
@@ -175,10 +176,10 @@ def test_placements_found_by_search_are_in_their_boxes(
 
 
 def test_no_placement_between_the_boxes_keeps_the_limits(
-    placing: StripPlacing, enclosed: list[tuple[Option, Enclosed]]
+    strips: Stripwise, enclosed: list[tuple[Option, Enclosed]]
 ) -> None:
     """Along random rays from the closest shape, to the larger box: limits end in the smaller."""
-    samples, rng = placing.search.samples, np.random.default_rng(4)
+    samples, rng = strips.search.samples, np.random.default_rng(4)
     points = samples.points(np.array([0.0, 1.0]))[:, ::2].reshape(len(samples), -1, 3)
     widest = 0.0
     for option, own in enclosed:
@@ -216,9 +217,9 @@ def test_no_choice_undercuts_the_proven_bound(deviation: float, kink: float) -> 
 
 
 def test_what_kinks_leave_open_is_little(
-    placing: StripPlacing, enclosed: list[tuple[Option, Enclosed]]
+    strips: Stripwise, enclosed: list[tuple[Option, Enclosed]]
 ) -> None:
-    joints = placing.search.joints
+    joints = strips.search.joints
     eta = kinks_open(joints, Meeting.of(joints), [own for _, own in enclosed], LIMITS)
     assert eta.shape == (len(joints), 3)
     assert eta.max() < 0.05
