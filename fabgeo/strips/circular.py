@@ -23,7 +23,7 @@ from fabgeo.strips.frames import EdgeCurves, frames
 from fabgeo.strips.integrate import antiderivative
 from fabgeo.strips.model import Kind, StripModel
 
-HALVINGS = 0.5 ** np.arange(5)  # of a knot span, at most, where a converted model is interpolated
+FINEST = 1.0 / 16.0  # of a knot span: the shortest on which a converted model is interpolated
 
 
 @dataclass(frozen=True)
@@ -128,12 +128,13 @@ def _interpolated(model: StripModel, made: Converted, kind: Kind, tolerance: flo
             "its converted model has one edge less and no strip",
             "convert a model of two strips or more",
         )
-    for step in HALVINGS:
+    step = 1.0
+    while True:
         u = np.arange(model.segments / step + (0 if model.closed_u else 1)) * step
         control = spline.interpolate(made.curves(u), model.closed_u)
         found = StripModel(control, model.closed_u, model.closed_i, kind)
         between = (u[:-1] + u[1:]) / 2.0
         gap = found.points(between / step) - made.curves(between)
-        if np.linalg.norm(gap, axis=-1).max() <= tolerance:
-            break
-    return found
+        if np.linalg.norm(gap, axis=-1).max() <= tolerance or step <= FINEST:
+            return found
+        step /= 2.0

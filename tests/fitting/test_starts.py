@@ -7,13 +7,14 @@ import pytest
 
 from fabgeo.cad.read_surface import read_surface
 from fabgeo.errors import GeometryError, InputError
-from fabgeo.fitting.starts import _called, start
+from fabgeo.fitting.hindrance import hindrance
+from fabgeo.fitting.starts import start
 from fabgeo.fitting.starts.conjugate import conjugate_parameters
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.domain import corners_of, net_of_loops
 from fabgeo.fitting.starts.ends import leans
-from fabgeo.fitting.starts.hindrance import hindrance
 from fabgeo.fitting.starts.iso import iso_net
+from fabgeo.fitting.starts.methods import called
 from fabgeo.fitting.starts.net import Net, model_through
 from fabgeo.fitting.starts.network import conjugacy_defect
 from fabgeo.fitting.starts.quality import check_folds, quality
@@ -312,7 +313,7 @@ def test_sides_lie_between_the_corners_that_are_given():
     with pytest.raises(InputError, match="nearest to the same point"):
         net_of_loops(disc, corners=wanted[[0, 0, 1, 2]])
     # Edge and ruling have one direction at a smooth corner: the start folds, but not short of it.
-    model, notes = _called("iso", disc, 8, 8, "v", None, {"corners": wanted, "overhang": (-0.1, 0)})
+    model, notes = called("iso", disc, 8, 8, "v", None, {"corners": wanted, "overhang": (-0.1, 0)})
     assert any("edges end 10 % short" in n for n in notes)
     ends = np.linalg.norm(model.points(np.array([0.0, 8.0]))[1:-1, :, :2], axis=2)
     assert (ends[:, 0] < 2900.0).all()
