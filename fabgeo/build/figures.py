@@ -8,7 +8,7 @@ figure
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +17,8 @@ import numpy as np
 from fabgeo.arrays import Array, dot
 from fabgeo.build.facts import Facts
 from fabgeo.build.geometry import Design
+from fabgeo.build.products import ProductFacts
 from fabgeo.build.solids import Built
-from fabgeo.cad.assembly import Node
-from fabgeo.cad.measure import is_closed, is_valid
 from fabgeo.panels.flat import FlatPart
 from fabgeo.project import Project
 from fabgeo.review.record import Limit
@@ -29,7 +28,7 @@ from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures.prisms import ruled_normals
 
 if TYPE_CHECKING:
-    from fabgeo.cad.kernel import Shape
+    pass
 
 type Figures = dict[str, dict[str, float | None]]
 
@@ -135,7 +134,7 @@ def summary_of(
     flats: Mapping[str, FlatPart],
     built: Mapping[str, Built],
     nests: list[Nest],
-    products: Mapping[str, Node],
+    products: Mapping[str, ProductFacts],
     facts: Mapping[str, Facts],
 ) -> dict[str, float | None]:
     """The package's figures: the worst over all parts (handover.md)."""
@@ -145,10 +144,8 @@ def summary_of(
         out[key] = max(values) if values else None
     out["kink_added_deg"] = max((c.kink_added_deg for c in design.choices.values()), default=None)
     out["shared_edge_error_mm"] = shared_edge_error(facts)
-    of_product = {key: list(_shapes(node)) for key, node in products.items()}
-    distinct = {hash(shape): shape for own in of_product.values() for shape in own}
-    unsound = sum(not (is_valid(shape) and is_closed(shape)) for shape in distinct.values())
-    placed = sum(len(of_product[connector.product]) for connector in design.connectors)
+    placed = sum(products[connector.product].solids for connector in design.connectors)
+    unsound = sum(product.unsound for product in products.values())
     out["solids"] = placed + sum(1 for b in built.values() if b.made)
     out["invalid_solids"] = unsound + sum(
         1 for b in built.values() if not (b.report and b.report.sound)
@@ -159,15 +156,6 @@ def summary_of(
         out["utilisation"] = used / area if area else 0.0
         out["unplaced_parts"] = sum(len(n.unplaced) for n in nests)
     return out
-
-
-def _shapes(node: Node) -> Iterator[Shape]:
-    """The solids of one product, each as often as it is placed in it."""
-    product = node.instance_of or node
-    if product.shape is not None:
-        yield product.shape
-    for child in product.children:
-        yield from _shapes(child)
 
 
 def shared_edge_error(facts: Mapping[str, Facts]) -> float | None:

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 from fabgeo.build.cache import Cache
-from fabgeo.build.geometry import Design
 from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
-from fabgeo.cad.assembly import Node
-from fabgeo.cad.connectors import fixing_products, place_connectors
 from fabgeo.cad.fasteners import metric
-from fabgeo.cad.measure import volume
 from fabgeo.errors import InputError, PartError
 from fabgeo.project import Project
 from fabgeo.structures.beams import with_holes
@@ -27,7 +22,6 @@ from fabgeo.structures.fixing import Fixing, LocalHole
 from fabgeo.structures.parts import Beam, Connector, Hole, Plate
 
 BASE_BOLT = 8.0  # M8 base bolts in slots of the flange
-STEEL = 7.85e-6  # kg/mm3
 
 
 def fixing_of(project: Project) -> Fixing:
@@ -164,39 +158,3 @@ def _complaints(
         what = f"{clash.first} and {clash.second}: {clash.reason} by {clash.depth:.1f} mm"
         out[panel] = ("fail", what)
     return out
-
-
-def nodes_of(design: Design, products: Mapping[str, Node] | None = None) -> list[Node]:
-    """Every connector as a placed instance of its product (of `products_of`, made if not given)."""
-    return place_connectors(
-        design.connectors, dict(products_of(design) if products is None else products)
-    )
-
-
-def products_of(design: Design) -> dict[str, Node]:
-    """The products by key; equal stand-offs are one product."""
-    project = design.project
-    if not design.connectors or project.panels is None or project.beams is None:
-        return {}
-    wanted = tuple(design.products.items())
-    return _products(wanted, project.panels.thickness, project.beams.flange)
-
-
-@lru_cache(maxsize=4)
-def _products(
-    wanted: tuple[tuple[str, Fixing], ...], panel: float, flange: float
-) -> dict[str, Node]:
-    """Made once a process: the library of fasteners takes seconds to load."""
-    library = importlib.util.find_spec("bd_warehouse") is not None
-    return fixing_products(dict(wanted), panel=panel, flange=flange, library=library)
-
-
-def masses_of(products: Mapping[str, Node]) -> dict[str, float]:
-    """Mass of each product in kg, all of steel."""
-    return {key: STEEL * _volume(node) for key, node in products.items()}
-
-
-def _volume(node: Node) -> float:
-    product = node.instance_of or node
-    own = volume(product.shape)[0] if product.shape is not None else 0.0
-    return own + sum(_volume(child) for child in product.children)

@@ -13,8 +13,9 @@ piece
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
@@ -23,11 +24,11 @@ import numpy as np
 
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
-from fabgeo.build.fixings import nodes_of, products_of
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
 from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, keep, results
+from fabgeo.build.products import made_of, nodes_of, products
 from fabgeo.build.solids import Leaf, assemblies, leaves_of, mesh_of, solid_node
 from fabgeo.cad.assembly import Node
 from fabgeo.errors import GeometryError, InputError
@@ -44,7 +45,7 @@ class _Piece:
     family: str
     leaves: tuple[tuple[Leaf, Built], ...] = ()
     connectors: tuple[Connector, ...] = ()
-    products: Mapping[str, Node] | None = None
+    products: Callable[[], dict[str, Node]] | None = None
     made_of: Any = None
 
     @property
@@ -60,7 +61,7 @@ class _Piece:
         if self.products is not None:
             from fabgeo.cad.connectors import place_connectors
 
-            placed = place_connectors(self.connectors, dict(self.products))
+            placed = place_connectors(self.connectors, self.products())
             return Node(self.family, children=tuple(placed))
         (root,) = assemblies((leaf, solid_node(leaf, built)) for leaf, built in self.leaves)
         return root
@@ -105,12 +106,10 @@ def _fixings(design: Design) -> Iterator[_Piece]:
     asked = design.project
     if asked.panels is None or asked.beams is None:
         raise InputError("[connectors]", "join [panels] to [beams]: both are needed")
-    products = [
-        repr([getattr(product, f.name) for f in fields(product)])
-        for product in design.products.values()
-    ]
-    made_of = (products, asked.panels.thickness, asked.beams.flange)
-    yield _Piece("connectors", (), tuple(design.connectors), products_of(design), made_of)
+    make = partial(products, (design.products, asked.panels.thickness, asked.beams.flange))
+    if any(fixing.maker is not None for fixing in design.products.values()):
+        make = partial(dict, make())  # a user's function may not cross to another process
+    yield _Piece("connectors", (), tuple(design.connectors), make, made_of(design))
 
 
 def _write_steps(

@@ -18,8 +18,8 @@ from fabgeo.build.figures import (
     part_figures,
     summary_of,
 )
-from fabgeo.build.fixings import masses_of, products_of
 from fabgeo.build.geometry import Design
+from fabgeo.build.products import product_facts
 from fabgeo.build.rows import beam_rows, cell_rows, panel_rows, places_of, plate_rows
 from fabgeo.build.solids import Built
 from fabgeo.build.surface import seen
@@ -55,7 +55,8 @@ def record_of(
     figures = part_figures(design, flats, built, deviations, facts)
     places = places_of(nests)
     project = design.project
-    products = products_of(design)
+    products = product_facts(design, store)
+    masses = {key: product.mass for key, product in products.items()}
     return ReviewRecord(
         name=project.name,
         unit=project.surface.unit or "mm",
@@ -64,7 +65,7 @@ def record_of(
         plates=tuple(plate_rows(design, flats, built, places, facts)),
         beams=tuple(beam_rows(design, built, facts)),
         cells=tuple(cell_rows(design, built, facts)),
-        connectors=tuple(connector_rows(design, masses_of(products))),
+        connectors=tuple(connector_rows(design, masses)),
         shown=tuple(_shown(design)),
         shown_connectors=tuple(
             ShownConnector(c.mark, c.product, c.frame[:3, 3], c.frame[:3, 2])

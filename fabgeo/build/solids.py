@@ -9,10 +9,10 @@ from itertools import groupby
 from fabgeo.arrays import Array, IntArray
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
-from fabgeo.build.fixings import nodes_of
 from fabgeo.build.geometry import Design
 from fabgeo.build.identity import shape_of
 from fabgeo.build.parallel import Work, results
+from fabgeo.build.products import nodes_of
 from fabgeo.build.progress import Clock
 from fabgeo.cad import kernel
 from fabgeo.cad.assembly import CLASS_COLOURS, FAMILY_COLOURS, Colour, Node
