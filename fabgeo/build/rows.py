@@ -46,7 +46,9 @@ def panel_rows(
     places: Places,
     facts: Mapping[str, Facts],
 ) -> list[Row]:
-    """One row a panel."""
+    """One row a panel; none where the project asks for cells or beams alone."""
+    if not design.panels:
+        return []
     count: dict[str, int] = {}
     for connector in design.connectors:
         count[connector.panel] = count.get(connector.panel, 0) + 1

@@ -27,10 +27,11 @@ LEAST_ANGLE = np.radians(15.0)  # between a direction and its conjugate
 LEAST_TWIST = np.radians(0.2)  # of the surface along one ruling: less does not matter
 SINGLE_CURVED = 0.1  # smaller over larger principal curvature, up to which it is called so
 UMBILIC = 0.15  # difference of the principal curvatures over their sum
+_PRINCIPAL = "let strips follow the principal directions (start 'principal'), or "
 TURN = np.radians(25.0)  # of the surface's normal along one ruling
 
 
-def obstacle(state: State, held: Held, figures: Quality) -> str:
+def obstacle(state: State, held: Held, figures: Quality, method: str = "") -> str:
     """What keeps a model off its surface, in words, each with strip or edge and u.
 
     Parameters
@@ -40,10 +41,12 @@ def obstacle(state: State, held: Held, figures: Quality) -> str:
     held : Held
     figures : Quality
         Whose worst twist is looked into.
+    method : str
+        Of the start, which is not advised again.
     """
     words = _borders(state.net, state.control, state.reference, held)
     if figures.twist_deg > 0.0:
-        words.append(_inside(state, figures))
+        words.append(_inside(state, figures, method != "principal"))
     return "; ".join(words)
 
 
@@ -65,8 +68,8 @@ def _borders(net: Net, control: Array, reference: Reference, held: Held) -> list
     return words
 
 
-def _inside(state: State, figures: Quality) -> str:
-    """What the surface is like where the model twists most."""
+def _inside(state: State, figures: Quality, advise: bool) -> str:
+    """What the surface is like where the model twists most; `advise` principal strips."""
     net, reference = state.net, state.reference
     strip, u = figures.twist_strip, figures.twist_u
     sites = Sites(net, np.array([[min(u, net.segments - 1e-9)]]), np.ones((1, 1)))
@@ -94,8 +97,8 @@ def _inside(state: State, figures: Quality) -> str:
         return place + (
             "the surface is nearly single-curved there (its Gaussian curvature vanishes or changes "
             "its sign): rulings must take its straight direction, which is "
-            f"{_degrees(along, axes[1]):.0f} degrees away from this strip's; let strips follow the "
-            "principal directions, or divide the surface along that line"
+            f"{_degrees(along, axes[1]):.0f} degrees away from this strip's; {_PRINCIPAL * advise}"
+            "divide the surface along that line"
         )
     if abs(kappa[0] - kappa[1]) < UMBILIC * (large + small):
         return place + (
@@ -105,13 +108,14 @@ def _inside(state: State, figures: Quality) -> str:
     if kappa[0] * kappa[1] < 0.0 and _degrees(edge, conjugate) < np.degrees(LEAST_ANGLE):
         return place + (
             "edges run along an asymptotic direction of the surface (its own conjugate is "
-            f"{_degrees(edge, conjugate):.0f} degrees away): no rulings lead across them; turn the "
-            "edges by 45 degrees (start 'principal')"
+            f"{_degrees(edge, conjugate):.0f} degrees away): no rulings lead across them"
+            + "; turn the edges by 45 degrees (start 'principal')"
+            * advise
         )
     return place + (
         f"the direction conjugate to the edges is {_degrees(along, conjugate):.0f} degrees away "
-        "from the rulings, which neighbouring strips or the boundary hold there; free the border, "
-        "or let strips follow the principal directions (start 'principal')"
+        "from the rulings, which neighbouring strips or the boundary hold there; "
+        f"{_PRINCIPAL * advise}free the border"
     )
 
 

@@ -24,6 +24,7 @@ from fabgeo import spline
 from fabgeo.errors import GeometryError
 from fabgeo.fitting import held as holding
 from fabgeo.fitting.folds import find_fold
+from fabgeo.fitting.hindrance import hindrance
 from fabgeo.fitting.level import Level
 from fabgeo.fitting.levenberg import Solution, Step, minimise
 from fabgeo.fitting.obstacle import obstacle
@@ -293,7 +294,8 @@ class Run:
         why = ""
         far = figures.deviation_over_sag > WORTH_A_REASON and figures.deviation > NEAR_ENOUGH
         if not within or far:
-            why = obstacle(self.level.state(self.control), self.held, figures)
+            method = self.start.info.get("start", {}).get("method", "")
+            why = obstacle(self.level.state(self.control), self.held, figures, method)
         if within:
             words = ["within the limits of twist and kind; nothing more is gained"]
         else:
@@ -302,7 +304,8 @@ class Run:
                 f"{figures.twist_u:.2f} (limit {self.options.twist_limit_deg:.4g}), the defect of "
                 f"its kind is {figures.kind_deg:.4f} degrees (limit "
                 f"{self.options.kind_limit_deg:.4g}); a larger weight of developability no longer "
-                "helps"
+                "helps",
+                f"of the surface as a whole: {hindrance(self.reference.surface)}",
             ]
         return "converged" if within else "limited", "; ".join([*words, *([why] if why else [])])
 

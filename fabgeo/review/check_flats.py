@@ -284,8 +284,10 @@ def _radii(
     near = np.linalg.norm(middle[None] - lines[:, None], axis=-1).argmin(axis=1)
     stated = 1.0 / np.abs(_columns(rows, ["radius_mm"])[:, 0])
     for row, at, own in zip(rows, sites[near].astype(int).tolist(), stated.tolist(), strict=True):
-        around = bent[max(at - 1, 0) : at + 3]  # between samples it may bend otherwise
-        low, high = (1.0 - BEND) * around.min() - BENT, (1.0 + BEND) * around.max() + BENT
+        around = bent[max(at - 1, 0) : at + 3]
+        # At a knot the curvature has a peak; it lies within half a step of a sample.
+        peak = BENT + 0.5 * float(np.abs(np.diff(around)).max(initial=0.0))
+        low, high = (1.0 - BEND) * around.min() - peak, (1.0 + BEND) * around.max() + peak
         if max(own, float(around.min())) > NEARLY_FLAT and not low <= own <= high:
             what = f"radius of bend line {row.get('bend')} in mm"
             words = f"{1.0 / around.max():.1f} to {1.0 / around.min():.1f}"

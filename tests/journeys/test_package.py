@@ -85,3 +85,49 @@ def test_freecad_sees_every_part_valid_and_named(dome: Path, tmp_path: Path) -> 
     panels = {row["mark"] for row in rows(dome / "schedules/panels.csv")}
     assert panels == {part.label for part in view.parts}
     assert all(part.valid and part.closed and part.solids == 1 for part in view.parts)
+
+
+STRUCTURE = """
+name = "Frame"
+[surface]
+unit = "m"
+u = [-3.0, 3.0]
+v = [-4.0, 4.0]
+x = "u"
+y = "v"
+z = "3 - 0.05*u**2 - 0.03*v**2"
+[strips]
+kind = "conical"
+start = "principal"
+count = 4
+[cells]
+depth = -300.0
+material = "steel"
+[beams]
+section = "I"
+depth = 200.0
+material = "steel"
+[nesting]
+steps = 1
+"""
+
+
+@pytest.mark.slow
+def test_a_structure_without_panels_is_written_and_checked(tmp_path: Path) -> None:
+    """Its webs bend most at knots, between two samples of the check."""
+    (tmp_path / "project.toml").write_text(STRUCTURE)
+    out = tmp_path / "frame"
+    built = fabgeo("build", tmp_path / "project.toml", "--out", out)
+    assert built.code == 0, built.err
+    assert {row["mark"][:1] for row in rows(out / "schedules/plates.csv")} == {"B"}
+    assert "nothing found" in fabgeo("check", out).out
+
+
+def test_a_model_alone_is_measured(tmp_path: Path) -> None:
+    text = STRUCTURE.partition("[cells]")[0].replace('kind = "conical"', "")
+    (tmp_path / "project.toml").write_text(text)
+    built = fabgeo("build", tmp_path / "project.toml", "--out", tmp_path / "model", "--json")
+    assert built.code == 0, built.err
+    found = json.loads(built.out)
+    assert found["parts"] == {}
+    assert found["summary"]["twist_max_deg"] <= 0.02
