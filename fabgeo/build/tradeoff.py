@@ -37,7 +37,7 @@ def tradeoff_of(
     Parameters
     ----------
     project_path : path
-        The project file; its costs and gap limit hold, and whether its panels are chosen
+        The project file; its costs, gap limit and radii hold, and whether its panels are chosen
         thoroughly; its tolerance and angle are replaced.
     out : Path, optional
         Folder for `tradeoff.csv`, `tradeoff.md` and `tradeoff.png`.
@@ -70,6 +70,8 @@ def tradeoff_of(
             Costs(**project.panels.costs),
             sheet_of(project),
             thorough=project.panels.choice == "thorough",
+            radii=project.panels.radii,
+            radii_step=project.panels.radii_step,
         )
         rows = list(clock.each(found))
     return {

@@ -68,17 +68,22 @@ def trade_off(
     rounds: int = 2,
     seconds: float | None = None,
     thorough: bool = False,
+    radii: Sequence[float] | int | None = None,
+    radii_step: float | None = None,
 ) -> Iterator[TradeOffRow]:
     """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`.
 
     `seconds` limits the programmes of each pair by the clock, and `thorough` places neighbouring
-    strips together, see `fabgeo.panels.choose.choose`.
+    strips together; `radii` and `radii_step` are those that cylinders may have: see
+    `fabgeo.panels.choose.choose`.
     """
     base = tolerances or Tolerances()
     for deviation in deviations_mm:
         for kink in kinks_deg:
             limits = replace(base, deviation_mm=deviation, kink_deg=kink)
-            found = choose(panels, limits, costs, sheet, rounds, seconds, thorough=thorough)
+            found = choose(
+                panels, limits, costs, sheet, rounds, seconds, radii, radii_step, thorough=thorough
+            )
             count = len(found.panels)
             shares = {c: sum(p.cls == c for p in found.panels) / count for c in CLASSES}
             yield TradeOffRow(

@@ -8,7 +8,7 @@ from scipy.interpolate import make_interp_spline
 from fabgeo.arrays import Array
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.samples import PanelInput
-from fabgeo.panels.tradeoff import by_deviation
+from fabgeo.panels.tradeoff import by_deviation, trade_off
 from fabgeo.strips.ruled import RuledPatch
 
 RADIUS, ANGLE, WIDTH = 30_000.0, 0.12, 1500.0
@@ -47,3 +47,17 @@ def test_a_panel_takes_the_simplest_class_that_its_deviation_allows() -> None:
 
 def test_no_panels_have_no_classes() -> None:
     assert by_deviation([]) == []
+
+
+def test_the_shops_radii_hold_at_every_tolerance() -> None:
+    radii = (RADIUS, 1.02 * RADIUS)
+    panels = [
+        PanelInput(
+            f"P-0{k}-00", ruled(arc(r, 2.0 * k * WIDTH), arc(r, (2.0 * k + 1.0) * WIDTH)), {}
+        )
+        for k, r in enumerate(radii)
+    ]
+    free = next(trade_off(panels, (1.0,), (1.0,)))
+    shared = next(trade_off(panels, (1.0,), (1.0,), radii=1))
+    assert (free.radii, free.cylinder) == (2, 1.0)
+    assert shared.radii == 1
