@@ -218,7 +218,8 @@ class _Tree:
     def _layers(self, label: TDF_Label) -> tuple[str, ...]:
         found = TDF_LabelSequence()
         self.layers.GetLayers(label, found)
-        return tuple(_name(layer) for layer in found)
+        # By number: the end of an iteration is an exception of the binding's, which takes 0.5 ms.
+        return tuple(_name(found.Value(k)) for k in range(1, found.Length() + 1))
 
     def _solid_layers(self, product: TDF_Label) -> tuple[str, ...]:
         shape = XCAFDoc_ShapeTool.GetShape_s(product)
