@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
 from hashlib import sha256
 from typing import Any
 
@@ -37,7 +36,6 @@ _CLASSES = (
     *(Stock, Placement, Sheet, Nest, Built, SolidReport),
 )
 NOUNS: dict[str, type[Any]] = {cls.__name__: cls for cls in _CLASSES}
-_ATOMS = frozenset((type(None), bool, int, float, str))
 HEAD = 8  # bytes of the length of the JSON text
 ALIGNED = 8  # bytes that arrays begin at a multiple of
 
@@ -85,9 +83,7 @@ def digest(*values: Any) -> str:
 
 
 def _plain(value: Any, blobs: bytearray) -> Any:
-    if type(value) in _ATOMS:
-        return value
-    if isinstance(value, bool | int | float | str):
+    if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic):
         return value.item()
@@ -103,15 +99,9 @@ def _plain(value: Any, blobs: bytearray) -> Any:
     if isinstance(value, Mapping):
         return {"@map": [[_plain(k, blobs), _plain(v, blobs)] for k, v in value.items()]}
     if is_dataclass(value) and NOUNS.get(type(value).__name__) is type(value):
-        kept = {name: _plain(getattr(value, name), blobs) for name in _given(type(value))}
+        kept = {f.name: _plain(getattr(value, f.name), blobs) for f in fields(value) if f.init}
         return {"@": type(value).__name__, **kept}
     raise InputError(type(value).__name__, "is not stored: expected one of fabgeo's plain nouns")
-
-
-@cache
-def _given(cls: type[Any]) -> tuple[str, ...]:
-    """Names of the fields that a noun is made with."""
-    return tuple(f.name for f in fields(cls) if f.init)
 
 
 def _store(data: bytes, blobs: bytearray) -> list[int]:
@@ -135,19 +125,14 @@ def _restored(cls: type[Any], fields_of: dict[str, Any]) -> Any:
     return noun
 
 
-@cache
-def _numbers(kind: str) -> bool:
-    return not np.dtype(kind).hasobject
-
-
 def _noun(tree: Any, blobs: memoryview, make: _Make) -> Any:
-    if type(tree) in _ATOMS:
-        return tree
     if isinstance(tree, list):
         return [_noun(item, blobs, make) for item in tree]
+    if not isinstance(tree, dict):
+        return tree
     if "@array" in tree:
         (begin, end), kind, shape = tree["@array"]
-        if not _numbers(kind):
+        if np.dtype(kind).hasobject:
             raise ValueError("arrays hold numbers only")
         return np.frombuffer(blobs[begin:end], dtype=kind).reshape(shape)
     if "@bytes" in tree:
