@@ -10,7 +10,7 @@ from pathlib import Path
 import ezdxf
 import freecad
 import pytest
-from journey_helpers import fabgeo
+from journey_helpers import DOME, fabgeo
 
 from fabgeo.review.manifest import sha256_of
 
@@ -87,19 +87,9 @@ def test_freecad_sees_every_part_valid_and_named(dome: Path, tmp_path: Path) -> 
     assert all(part.valid and part.closed and part.solids == 1 for part in view.parts)
 
 
-STRUCTURE = """
-name = "Frame"
-[surface]
-unit = "m"
-u = [-3.0, 3.0]
-v = [-4.0, 4.0]
-x = "u"
-y = "v"
-z = "3 - 0.05*u**2 - 0.03*v**2"
-[strips]
-kind = "conical"
-start = "principal"
-count = 4
+STRUCTURE = (
+    DOME.partition("[panels]")[0].replace('start = "iso"', 'kind = "conical"\nstart = "principal"')
+    + """
 [cells]
 depth = -300.0
 material = "steel"
@@ -110,6 +100,7 @@ material = "steel"
 [nesting]
 steps = 1
 """
+)
 
 
 @pytest.mark.slow

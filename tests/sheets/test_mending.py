@@ -52,7 +52,7 @@ def test_twelve_boxes_need_four_sheets(jobs: int, monkeypatch: pytest.MonkeyPatc
 
 
 def test_short_stock_is_used_as_often_as_it_is_there() -> None:
-    # Four boxes of 320 on large sheets: on one large and one small one, or on two small and more.
+    # Three boxes of 320 fill a large sheet, one a small one: five take one large and both small.
     pool, sheets = one_a_sheet([box(f"B-{k}", 1900.0, 320.0) for k in range(5)], (LARGE, SMALL))
     *_, best = mended(pool, sheets, time.monotonic() + 1.5, 1, 0)
     assert np.all(sum(f.counts for f in best) >= pool.demand)
