@@ -66,6 +66,12 @@ class Carriers:
             )
         )
 
+    def as_class(self, name: str) -> Carriers:
+        """The same places without what a class has not: "flat" no curvature, only "cone" turns."""
+        zero = np.zeros(len(self))
+        k, g = (zero if name == "flat" else self.k), (self.g if name == "cone" else zero)
+        return Carriers(self.origin, self.frame, k, g)
+
     def where(self, mask: BoolArray, other: Carriers) -> Carriers:
         """These carriers where `mask` holds, `other`'s elsewhere."""
         return Carriers(

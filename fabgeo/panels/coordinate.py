@@ -82,15 +82,8 @@ class Coordination:
         """
         stand = guess if carriers is None else carriers
         targets = self._targets(index, stand, kind)
-        guess = guess[index]
         name = CLASSES[k]
-        zero = np.zeros(len(index))
-        guess = Carriers(
-            guess.origin,
-            guess.frame,
-            zero if name == "flat" else guess.k,
-            guess.g if name == "cone" else zero,
-        )
+        guess = guess[index].as_class(name)
         return fit(targets, guess, name, self.size[index], powers=(2.0, 12.0), steps=8)
 
     def _targets(self, index: IntArray, carriers: Carriers, kind: IntArray) -> Targets:

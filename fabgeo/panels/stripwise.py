@@ -66,17 +66,9 @@ class Stripwise:
 
     def option(self, kind: int, base: Carriers, able: BoolArray, rolled: bool = False) -> Option:
         """A class about placements; `rolled`: cylinders keep their radius."""
-        name = CLASSES[kind]
-        zero = np.zeros(len(base))
-        base = Carriers(
-            base.origin,
-            base.frame,
-            zero if name == "flat" else base.k,
-            base.g if name == "cone" else zero,
-        )
-        return option_of(
-            kind, "rolled" if rolled else name, base, able, self.search.samples, self.boundaries
-        )
+        name, base = CLASSES[kind], base.as_class(CLASSES[kind])
+        moves = "rolled" if rolled else name
+        return option_of(kind, moves, base, able, self.search.samples, self.boundaries)
 
     def alone(self, panels: IntArray) -> Group:
         """Panels without regard to others."""

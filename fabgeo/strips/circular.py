@@ -106,7 +106,8 @@ def to_circular(model: StripModel, tolerance: float = 1e-3) -> StripModel:
     """The circular model on the rulings of a conical one.
 
     Its edges are no splines: they are interpolated on the model's knots, which are halved until
-    the error is within the tolerance (in the model's unit; mm in a project).
+    the error is within the tolerance (in the model's unit; mm in a project), or a sixteenth of
+    what they were.
 
     Raises
     ------
