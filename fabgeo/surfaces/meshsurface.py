@@ -10,31 +10,21 @@ The blend: squares of the barycentric coordinates.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
 from fabgeo.errors import InputError
 from fabgeo.surfaces.base import SurfacePoints
+from fabgeo.surfaces.flattriangles import FlatTriangles, Place
 from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.units import Unit
 from fabgeo.surfaces.vertexpatches import vertex_patches
 
-CANDIDATES = 6  # triangles looked at for one closest point
 CHUNK = 20000
 # Between the normals of a triangle: of three that cancel, two differ by 120 degrees or more.
 LEAST_COSINE = -0.5
-
-
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """Places on the triangles: which one (k,) and barycentric coordinates (k, 3)."""
-
-    triangle: IntArray
-    weight: Array
 
 
 class MeshSurface:
@@ -71,17 +61,10 @@ class MeshSurface:
         self._check_bends()
         self.size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
         self._border = _border_sides(self.triangles, mesh)
-        self._samples, self._owner = _samples(mesh.vertices, self.triangles)
-        self._tree = KDTree(self._samples)
+        self._rim = np.isin(self.triangles, np.concatenate([[-1], *mesh.loops]))
+        self._flat = FlatTriangles(mesh.vertices, self.triangles)
         self._sign = 1.0
         self._sign = self._turn()
-
-    def __getstate__(self) -> dict[str, object]:
-        return {k: v for k, v in self.__dict__.items() if k != "_tree"}
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        self._tree = KDTree(self._samples)
 
     @property
     def name(self) -> str:
@@ -111,7 +94,7 @@ class MeshSurface:
         for loop in self.mesh.loops:
             p = self.mesh.vertices[loop]
             dense = (p[:, None] + t * (np.roll(p, -1, axis=0) - p)[:, None]).reshape(-1, 3)
-            place, _ = self._nearest(dense)
+            place, _ = self._flat.nearest(dense)
             loops.append(self._blend(place)[0])
         return tuple(loops)
 
@@ -132,7 +115,7 @@ class MeshSurface:
         a, b = np.mod(0.5 + k[:, None] * np.array([0.7548776662466927, 0.5698402909980532]), 1.0).T
         over = a + b > 1.0
         a, b = np.where(over, 1.0 - a, a), np.where(over, 1.0 - b, b)
-        place = _Place(which, np.stack([1.0 - a - b, a, b], axis=1))
+        place = Place(which, np.stack([1.0 - a - b, a, b], axis=1))
         return SurfacePoints(*self._blend(place), np.zeros(len(k), dtype=bool))
 
     def closest(self, points: Array) -> SurfacePoints:
@@ -146,38 +129,27 @@ class MeshSurface:
 
     def _closest(self, x: Array, steps: int = 12) -> SurfacePoints:
         """Walk over the triangles until what is left of x - y points along the normal."""
-        place, foot = self._nearest(x)
+        place, foot = self._flat.nearest(x)
         point, normal, shape = self._blend(place)
         todo = np.arange(len(x))
         for _ in range(steps):
             # On the border the curvature across it must not push the foot along it.
-            here = _Place(place.triangle[todo], place.weight[todo])
+            here = Place(place.triangle[todo], place.weight[todo])
             bend = np.where(self._on_border(here)[:, None, None], 0.0, shape[todo])
             move = _tangent_step(x[todo] - point[todo], normal[todo], bend)
-            new, at = self._nearest(foot[todo] + move)
+            new, at = self._flat.nearest(foot[todo] + move)
             going = np.linalg.norm(at - foot[todo], axis=1) > 1e-7 * self.size
             if not going.any():
                 break
             rows = todo[going]
             place.triangle[rows], place.weight[rows] = new.triangle[going], new.weight[going]
             foot[rows] = at[going]
-            fresh = self._blend(_Place(new.triangle[going], new.weight[going]))
+            fresh = self._blend(Place(new.triangle[going], new.weight[going]))
             point[rows], normal[rows], shape[rows] = fresh
             todo = rows
         return SurfacePoints(point, normal, shape, self._on_border(place))
 
-    def _nearest(self, x: Array) -> tuple[_Place, Array]:
-        """Closest places on the flat triangles, and their points."""
-        _, near = self._tree.query(x, k=min(CANDIDATES, len(self._samples)))
-        candidates = self._owner[near.reshape(len(x), -1)]
-        corners = self.mesh.vertices[self.triangles[candidates]]
-        weight = _barycentric(x[:, None], corners)
-        at = np.einsum("kca,kcad->kcd", weight, corners)
-        pick = np.argmin(((at - x[:, None]) ** 2).sum(axis=-1), axis=1)
-        rows = np.arange(len(x))
-        return _Place(candidates[rows, pick], weight[rows, pick]), at[rows, pick]
-
-    def _blend(self, place: _Place) -> tuple[Array, Array, Array]:
+    def _blend(self, place: Place) -> tuple[Array, Array, Array]:
         """Points, normals and shape tensors of the smooth surface."""
         corner = self.triangles[place.triangle]
         vertex, frame = self.mesh.vertices[corner], self.patches.frame[corner]
@@ -203,8 +175,10 @@ class MeshSurface:
         tangent = np.eye(3) - normal[:, :, None] * normal[:, None]
         return point, normal, np.einsum("kab,kbc,kcd->kad", tangent, bent, tangent)
 
-    def _on_border(self, place: _Place) -> BoolArray:
-        return ((place.weight < 1e-9) & self._border[place.triangle]).any(axis=1)
+    def _on_border(self, place: Place) -> BoolArray:
+        """On a side of the boundary, or at its corner in a triangle that has no such side."""
+        side = (place.weight < 1e-9) & self._border[place.triangle]
+        return (side | ((place.weight > 1.0 - 1e-9) & self._rim[place.triangle])).any(axis=1)
 
     def _check_bends(self) -> None:
         """Refuse triangles whose corners' normals could cancel: that is no smooth surface."""
@@ -245,48 +219,3 @@ def _border_sides(triangles: IntArray, mesh: Mesh) -> BoolArray:
     edges |= {(b, a) for a, b in edges}
     rows = triangles.tolist()
     return np.array([[(t[(k + 1) % 3], t[(k + 2) % 3]) in edges for k in range(3)] for t in rows])
-
-
-def _samples(vertices: Array, triangles: IntArray) -> tuple[Array, IntArray]:
-    """Points on the triangles so dense that the nearest ones tell which triangles are near."""
-    p = vertices[triangles]
-    longest = np.linalg.norm(p - np.roll(p, 1, axis=1), axis=-1).max(axis=1)
-    parts = np.clip(np.ceil(longest / np.median(longest)), 1, 12).astype(np.int64)
-    points, owner = [], []
-    for n in np.unique(parts):
-        rows = np.flatnonzero(parts == n)
-        i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
-        inside = i + j < n
-        a, b = (i[inside] + 1 / 3) / n, (j[inside] + 1 / 3) / n
-        weight = np.stack([1.0 - a - b, a, b], axis=1)
-        points.append(np.einsum("ca,tad->tcd", weight, p[rows]).reshape(-1, 3))
-        owner.append(np.repeat(rows, len(a)))
-    return np.concatenate(points), np.concatenate(owner)
-
-
-def _barycentric(x: Array, corners: Array) -> Array:
-    """Barycentric coordinates (..., 3) of the closest points of triangles (..., 3, 3).
-
-    Source: Ericson, Real-Time Collision Detection, section 5.1.5 (all regions at once: the
-    projection if it lies inside, else the best of the three sides).
-    """
-    a, b, c = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
-    ab, ac, ax = b - a, c - a, x - a
-    aa, bb, cc = dot(ab, ab), dot(ab, ac), dot(ac, ac)
-    p, q = dot(ab, ax), dot(ac, ax)
-    det = np.maximum(aa * cc - bb * bb, 1e-300)
-    v, w = (cc * p - bb * q) / det, (aa * q - bb * p) / det
-    best = np.stack([1.0 - v - w, v, w], axis=-1)
-    outside = (best < 0.0).any(axis=-1)
-    shortest = np.where(outside, np.inf, -1.0)
-    for k in range(3):
-        start, end = corners[..., k, :], corners[..., (k + 1) % 3, :]
-        along = end - start
-        t = np.clip(dot(x - start, along) / np.maximum(dot(along, along), 1e-300), 0.0, 1.0)
-        distance = ((start + t[..., None] * along - x) ** 2).sum(axis=-1)
-        side = np.zeros_like(best)
-        side[..., k], side[..., (k + 1) % 3] = 1.0 - t, t
-        nearer = distance < shortest
-        best = np.where(nearer[..., None], side, best)
-        shortest = np.minimum(shortest, np.where(nearer, distance, shortest))
-    return best
