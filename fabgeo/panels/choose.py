@@ -149,10 +149,11 @@ def choose(
     radii_step : float, optional
         Radii that are not given are multiples of this, mm.
     jobs : int, optional
-        Processes that solve the strips' programmes; by default this one alone.
+        Threads that solve the strips' programmes; by default this one alone.
     thorough : bool
-        Place two and three neighbouring strips at once, too; otherwise two, and of no more than
-        two hundred panels. It takes several times as long.
+        Place two and three neighbouring strips at once however many panels there are, and until
+        nothing is gained; otherwise of no more than four hundred, and once of more than half
+        of that.
 
     Raises
     ------

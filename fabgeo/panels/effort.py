@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 MANY = 1000  # panels beyond which strips have no programmes of their own unless asked for
-FEW = 200  # panels up to which neighbouring strips are placed again and again
+SOME = 400  # panels up to which neighbouring strips are placed at once unless asked for
+FEW = 200  # panels up to which that is done again and again
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,11 @@ class Effort:
     @classmethod
     def of(cls, panels: int, rounds: int, thorough: bool) -> Effort:
         """What is worth while for so many panels, at most so many `rounds` of anything."""
-        many, few = panels > MANY, panels <= FEW
-        windows = (2, 3) if thorough else (2,)
+        many = panels > MANY
         return cls(
             candidates=min(rounds, 1) if many else rounds,
             strips=0 if many and not thorough else rounds,
-            windows=windows if thorough or few else (),
-            again=rounds if few else min(rounds, 1),
+            windows=(2, 3) if thorough or panels <= SOME else (),
+            again=rounds if thorough or panels <= FEW else min(rounds, 1),
             bounded=rounds > 0 and not many,
         )

@@ -16,6 +16,7 @@ about a thousandth of their limits; `fabgeo.panels.programme` relies on it and m
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,19 +69,13 @@ class Boundaries:
     def features(self, side: int, joint: IntArray, carriers: Carriers, made: BoolArray) -> Array:
         """Features (n, f) of carriers (one a joint) on one side of joints; zero if not `made`."""
         joints = self.joints
-        points, normals = made_boundary(
-            carriers, made, joints.points[joint], joints.normals[side, joint], joints.ends[joint]
-        )
-        off = (points - joints.points[joint])[:, _AT]
+        fitted, normals = joints.points[joint][:, _AT], joints.normals[side, joint][:, _AT]
+        points, normals = made_boundary(carriers, made, fitted, normals, joints.ends[joint])
+        off = points - fitted
         gap = np.einsum("jsdk,jsk->jsd", self._directions[joint], off) / self.tolerances.gap_mm
-        tilt = dot(normals[:, _AT], self._tilt[side, joint]) / self.tolerances.kink
+        tilt = dot(normals, self._tilt[side, joint]) / self.tolerances.kink
         both = np.concatenate([gap, tilt[..., None]], axis=-1)
         return both.reshape(len(joint), both.shape[1] * both.shape[2])
-
-    def of_some(self, side: int, joint: IntArray, carriers: Carriers) -> Array:
-        """Features (n, f) at some joints, from carriers of all panels."""
-        made = np.ones(len(joint), dtype=bool)
-        return self.features(side, joint, carriers[self.joints.panels[joint, side]], made)
 
 
 @dataclass(frozen=True)
@@ -156,37 +151,35 @@ def option_of(
     one, size = np.ones(len(samples)), samples.size
     unit_step = np.stack([one, 1 / size, 1 / size, 1 / size, 1 / size**2, 1 / size**2], axis=1)
     index = np.flatnonzero(able)
-    at = [np.flatnonzero(able[joints.panels[:, side]]) for side in (0, 1)]
     # Distances change nearly linearly along a ruling: both edges will do, every other sample.
     points = samples[index].points(np.array([0.0, 1.0]))[:, ::2]
     points = points.reshape(len(index), 2 * points.shape[1], 3)
     distance, slope = base[index].derivatives(points)
     limit = min(tolerances.deviation_mm, tolerances.flange)
 
-    def others(carriers: Carriers) -> list[Array]:
-        ends = end_shift(samples[index], carriers[index]).reshape(len(index), ENDS)
-        return [
-            ends / tolerances.ends_mm,
-            *(boundaries.of_some(side, at[side], carriers) for side in (0, 1)),
-        ]
+    moves = np.eye(_STEPS)[free] * unit_step[:, None]
 
-    slopes: list[list[Array]] = [[], [], []]
-    for column in free:
-        step = np.zeros_like(unit_step)
-        step[:, column] = unit_step[:, column]
-        ahead, behind = others(base.moved(step)), others(base.moved(-step))
-        for into, a, b in zip(slopes, ahead, behind, strict=True):
-            into.append((a - b) / 2.0)
-    ends, *edges = others(base)
-    by_ends, *by_edges = (np.stack(columns, axis=-1) for columns in slopes)
+    def shifts(carriers: Carriers, which: IntArray) -> Array:
+        ends = end_shift(samples[index[which]], carriers).reshape(len(which), ENDS)
+        return ends / tolerances.ends_mm
+
+    ends, by_ends = _sloped(shifts, base[index], moves[index])
     near = (slope * unit_step[index][:, None])[..., free] / limit
     own = np.concatenate([near, by_ends], axis=1)
     mixed, reach = _orthonormal(own)
     count = len(samples)
     every = _spread(mixed, index, count)
-    turned = [
-        by_edge @ every[joints.panels[at[side], side]] for side, by_edge in enumerate(by_edges)
-    ]
+    edges, by_edges = [], []
+    for side in (0, 1):
+        joint = np.flatnonzero(able[joints.panels[:, side]])
+        panel = joints.panels[joint, side]
+
+        def met(carriers: Carriers, which: IntArray, s: int = side, j: IntArray = joint) -> Array:
+            return boundaries.features(s, j[which], carriers, np.ones(len(which), dtype=bool))
+
+        edge, by_edge = _sloped(met, base[panel], moves[panel])
+        edges.append(_spread(edge, joint, len(joints)))
+        by_edges.append(_spread(by_edge @ every[panel], joint, len(joints)))
     return Option(
         kind,
         base,
@@ -197,10 +190,26 @@ def option_of(
         _spread(reach, index, count),
         _spread(np.concatenate([distance / limit, ends], axis=1), index, count),
         _spread(own @ mixed, index, count),
-        (_spread(edges[0], at[0], len(joints)), _spread(edges[1], at[1], len(joints))),
-        (_spread(turned[0], at[0], len(joints)), _spread(turned[1], at[1], len(joints))),
+        (edges[0], edges[1]),
+        (by_edges[0], by_edges[1]),
         boundaries.few,
     )
+
+
+def _sloped(
+    features: Callable[[Carriers, IntArray], Array], base: Carriers, moves: Array
+) -> tuple[Array, Array]:
+    """Features (n, m) of carriers, and by central differences what moves (n, f, 6) make of them.
+
+    `features` is asked once, for all carriers, moved or not: with which of the n each one is.
+    """
+    count, free = moves.shape[:2]
+    moved = np.concatenate([np.zeros((count, 1, _STEPS)), moves, -moves], axis=1)
+    which = np.repeat(np.arange(count), 1 + 2 * free)
+    found = features(base[which].moved(moved.reshape(-1, _STEPS)), which)
+    found = found.reshape(count, 1 + 2 * free, found.shape[-1])
+    slopes = (found[:, 1 : 1 + free] - found[:, 1 + free :]) / 2.0
+    return found[:, 0], slopes.transpose(0, 2, 1)
 
 
 def _orthonormal(slope: Array) -> tuple[Array, Array]:

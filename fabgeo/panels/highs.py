@@ -1,20 +1,18 @@
 """Linear and integer programmes by HiGHS, limited by counts of work and never by the clock.
 
 One thread and one seed each, so that the same programme has the same solution on every machine,
-however busy; several programmes run side by side in processes.
+however busy; several programmes run side by side in threads.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import BrokenExecutor
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from heapq import heappop, heappush
-from typing import Any
 
 import highspy
 import numpy as np
-from joblib import Parallel, delayed
 from scipy.sparse import csr_array
 
 from fabgeo.arrays import Array, BoolArray, IntArray
@@ -33,6 +31,8 @@ _BRANCHED: _Settings = {
     "simplex_scale_strategy": 0,
     "dual_simplex_cost_perturbation_multiplier": 0.0,
 }
+_JOINING = 30  # rows that join at once
+_BROKEN = 1e-7  # of what rows are in: below it HiGHS takes them for kept
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,8 @@ def _branched(programme: Programme) -> Solution:
 
     Costs of choices are multiples of what divides all prices: bounds are rounded up to them.
     """
-    highs = _loaded(programme, _BRANCHED | {"simplex_iteration_limit": programme.iterations})
+    rowwise = _Rowwise(programme)
+    highs = rowwise.highs
     whole = np.flatnonzero(programme.whole).astype(np.int32)
     step = divisor(programme.cost[whole])
     best, x, lost = np.inf, None, np.inf
@@ -165,8 +166,7 @@ def _branched(programme: Programme) -> Solution:
         _, _, bound, depth, lower, upper = heappop(stack)
         if len(whole):
             _narrow(highs, programme, lower, upper)
-        highs.run()
-        status = highs.getModelStatus()
+        status = rowwise.run()
         if status == highspy.HighsModelStatus.kInfeasible:
             continue
         if status != highspy.HighsModelStatus.kOptimal:
@@ -193,6 +193,50 @@ def _branched(programme: Programme) -> Solution:
     return Solution(x, min(best, lost, open_), "node limit")
 
 
+class _Rowwise:
+    """The linear programmes of a search, whose rows join as solutions break them.
+
+    Most rows never matter, and the simplex method takes time by their number. Equations are there
+    from the start; without binaries, whose steps have bounds, so is everything.
+    """
+
+    def __init__(self, programme: Programme) -> None:
+        self._programme = programme
+        self._missing = (programme.low < programme.high) & programme.whole.any()
+        there = np.flatnonzero(~self._missing)
+        low, high = programme.low[there], programme.high[there]
+        first = replace(programme, matrix=programme.matrix[there], low=low, high=high)
+        self.highs = _loaded(first, _BRANCHED | {"simplex_iteration_limit": programme.iterations})
+
+    def run(self) -> highspy.HighsModelStatus:
+        """Solve; with the rows most broken, solve again until none is."""
+        while True:
+            self.highs.run()
+            status = self.highs.getModelStatus()
+            if status != highspy.HighsModelStatus.kOptimal:
+                return status
+            worst = self._broken(np.array(self.highs.getSolution().col_value))
+            if len(worst) == 0:
+                return status
+            self._missing[worst] = False
+            rows = csr_array(self._programme.matrix[worst])
+            low, high = self._programme.low[worst], self._programme.high[worst]
+            start, column = rows.indptr[:-1].astype(np.int32), rows.indices.astype(np.int32)
+            self.highs.addRows(len(worst), low, high, rows.nnz, start, column, rows.data)
+
+    def _broken(self, x: Array) -> IntArray:
+        """The missing rows that x breaks most, in ascending order."""
+        missing = np.flatnonzero(self._missing)
+        value = (self._programme.matrix @ x)[missing]
+        off = np.maximum(
+            value - self._programme.high[missing], self._programme.low[missing] - value
+        )
+        broken = np.flatnonzero(off > _BROKEN)
+        if len(broken) > _JOINING:
+            broken = np.sort(broken[np.argpartition(-off[broken], _JOINING)[:_JOINING]])
+        return missing[broken]
+
+
 def _narrow(highs: highspy.Highs, programme: Programme, lower: Array, upper: Array) -> None:
     """Give binaries other bounds, and what is behind those that are zero no room.
 
@@ -214,11 +258,8 @@ def divisor(prices: Array) -> float:
 
 
 def all_solved(programmes: Sequence[Programme], jobs: int | None = None) -> list[Solution]:
-    """Solve programmes in `jobs` processes of this machine (joblib's; None: in this one)."""
-    batch: Any = max(1, min(8, len(programmes) // 8))  # joblib tells its type by its default
-    parallel = Parallel(n_jobs=jobs or 1, backend="loky", batch_size=batch)
-    try:
-        found = parallel(delayed(solved)(programme) for programme in programmes)
-        return [solution for solution in found if solution is not None]
-    except BrokenExecutor:  # a process was ended from outside: the solutions are the same here
+    """Solve programmes in `jobs` threads (None: in this one); HiGHS lets go of Python's lock."""
+    if jobs is None:
         return [solved(programme) for programme in programmes]
+    with ThreadPoolExecutor(jobs) as pool:
+        return list(pool.map(solved, programmes))

@@ -195,13 +195,14 @@ def made_boundary(
     not replaced stay as fitted.
     """
     feet, normal = carriers.project(points), carriers.normal(points)
-    turn, reach = carriers.coordinates(points[:, [0, -1]])
-    corner = carriers.at(np.broadcast_to(turn.mean(axis=1, keepdims=True), reach.shape), reach)
-    v = np.linspace(0.0, 1.0, points.shape[1])[:, None]
-    line = corner[:, :1] + v * (corner[:, 1:] - corner[:, :1])
-    swung = (ends & replaced & (carriers.k != 0.0))[:, None, None]
-    feet = np.where(swung, line, feet)
-    normal = np.where(swung, carriers.normal(np.where(swung, line, points)), normal)
+    swung = np.flatnonzero(ends & replaced & (carriers.k != 0.0))
+    if len(swung):
+        bent = carriers[swung]
+        turn, reach = bent.coordinates(points[swung][:, [0, -1]])
+        corner = bent.at(np.broadcast_to(turn.mean(axis=1, keepdims=True), reach.shape), reach)
+        v = np.linspace(0.0, 1.0, points.shape[1])[:, None]
+        feet[swung] = corner[:, :1] + v * (corner[:, 1:] - corner[:, :1])
+        normal[swung] = bent.normal(feet[swung])
     keep = replaced[:, None, None]
     return np.where(keep, feet, points), np.where(keep, normal, normals)
 

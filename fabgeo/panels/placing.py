@@ -38,7 +38,7 @@ class StripPlacing:
     bounds : (g,) array
         What each strip costs at least: at that nothing is looked for.
     jobs : int, optional
-        Processes that solve the programmes; None: this one alone.
+        Threads that solve the programmes; None: this one alone.
     seconds : float, optional
         Limit by the clock of all of them together.
     """
@@ -110,7 +110,7 @@ class StripPlacing:
             choosing(group, options, joints, prices, share, cost - 0.99 * least, every=wide > 1)
             for group, cost in zip(groups, costs, strict=True)
         ]
-        work = {"nodes": 150, "iterations": 20000} if wide > 1 else {}
+        work = {"nodes": 25, "iterations": 20000} if wide > 1 else {}
         found = all_solved([replace(one.programme, dive=True, **work) for one in asked], self.jobs)
         return [
             one.decision(group, options, solution)

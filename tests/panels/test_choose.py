@@ -213,7 +213,7 @@ def test_no_choice_undercuts_the_bound(panels: list[PanelInput]) -> None:
 
 
 @pytest.mark.slow
-def test_processes_change_nothing(panels: list[PanelInput], chosen: JointChoice) -> None:
+def test_threads_change_nothing(panels: list[PanelInput], chosen: JointChoice) -> None:
     again = choose(panels, LIMITS, rounds=2, jobs=2)
     assert again.history == chosen.history
     assert again.bound == chosen.bound
@@ -230,10 +230,10 @@ def test_branching_here_finds_what_highs_finds(seed: int) -> None:
     n = sets * options
     prices = np.tile([1.0, 2.0, 3.0, 5.0], sets)
     one = np.hstack([np.kron(np.eye(sets), np.ones(options)), np.zeros((sets, steps))])
-    limits = rng.normal(size=(30, n + steps)) * (rng.random((30, n + steps)) < 0.4)
+    limits = rng.normal(size=(90, n + steps)) * (rng.random((90, n + steps)) < 0.4)
     limits[:, 3:n:options] = 0.0  # the dearest option is always open
-    high = np.concatenate([np.ones(sets), np.full(30, 0.3)])
-    low = np.concatenate([np.ones(sets), np.full(30, -np.inf)])
+    high = np.concatenate([np.ones(sets), np.full(90, 0.9)])
+    low = np.concatenate([np.ones(sets), np.full(90, -np.inf)])
     whole = np.arange(n + steps) < n
     cost = np.concatenate([prices, np.zeros(steps)])
     lower = np.where(whole, 0.0, -1.0)
