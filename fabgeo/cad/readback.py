@@ -21,7 +21,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from OCP.IFSelect import IFSelect_ReturnStatus
@@ -31,6 +30,7 @@ from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import (
@@ -89,15 +89,6 @@ class ReadPart:
         """Placement (4, 4) of the product."""
         return self.frames[-1]
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Its shape crosses processes as BREP."""
-        state = {**self.__dict__, "shape": kernel.to_bytes(self.shape)}
-        state.pop("report", None)
-        return state
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({**state, "shape": kernel.from_bytes(state["shape"])})
-
     @property
     def definition(self) -> int:
         """Equal for the instances of one product, wherever they are placed."""
@@ -131,8 +122,14 @@ class ReadPart:
         return measure.bounding_box(self.shape)
 
 
-def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:
+def read_package_step(path: str | os.PathLike[str], share: bool = False) -> list[ReadPart]:
     """All parts of a STEP file with their names, colours, layers and places.
+
+    Parameters
+    ----------
+    path : path
+    share : bool
+        The file is a share of one (`fabgeo.cad.stepshare`), whose stand-ins are no parts of it.
 
     Raises
     ------
@@ -153,12 +150,12 @@ def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:
         raise InputError(str(source), "is no STEP file that the kernel can read")
     if not reader.Transfer(document):
         raise InputError(str(source), "holds no shape", "check that it was written completely")
-    return list(_Tree(document).parts())
+    return list(_Tree(document, share).parts())
 
 
 class _Tree:
-    def __init__(self, document: TDocStd_Document) -> None:
-        self.document = document
+    def __init__(self, document: TDocStd_Document, share: bool) -> None:
+        self.document, self.share = document, share
         self.shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
         self.colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
         self.layers = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
@@ -180,6 +177,8 @@ class _Tree:
         product = TDF_Label()
         if not XCAFDoc_ShapeTool.GetReferredShape_s(label, product):
             product = label
+        if self.share and self._stands_in(product):
+            return
         title = _name(product)
         name = _name(label)
         if not name or name.isdigit():  # the kernel calls a nameless occurrence by its number
@@ -197,6 +196,12 @@ class _Tree:
         own = colour or self._colour(product) or self._solid_colour(product)
         layers = self._layers(label) or self._layers(product) or self._solid_layers(product)
         yield ReadPart(name, title, (*above, name), shape, own, layers, frames)
+
+    def _stands_in(self, product: TDF_Label) -> bool:
+        if XCAFDoc_ShapeTool.IsAssembly_s(product):
+            return False
+        shape = XCAFDoc_ShapeTool.GetShape_s(product)
+        return next(kernel.explore(shape, TopAbs_ShapeEnum.TopAbs_FACE), None) is None
 
     def _colour(self, label: TDF_Label) -> Colour | None:
         found = Quantity_Color()

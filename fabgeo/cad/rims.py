@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.spatial import KDTree
 from scipy.special import comb
 
 from fabgeo.arrays import Array, cross, dot, unit
@@ -159,7 +160,7 @@ class Skin:
         u = np.linspace(knots[0], knots[-1], 4 * (len(knots) - 7) + 1)
         v = np.linspace(0.0, 1.0, 5)
         self.grid_uv = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
-        self.grid = self.at(self.grid_uv)[0]
+        self.grid = KDTree(self.at(self.grid_uv)[0])
 
     def at(self, uv: Array) -> tuple[Array, Array, Array]:
         """Points and derivatives by u and v, each (k, 3)."""
@@ -215,17 +216,11 @@ class Skin:
         foot = feet(walls, t).reshape(-1, 3)
         axis = np.repeat([piece.frame[2] for piece in walls], len(t), axis=0)
         middle = foot.reshape(len(walls), -1, 3).mean(axis=1)
-        first = axis[:: len(t)]
-        seeds, _ = self._meet(middle, first, self._nearest(middle, first))
+        nearest = self.grid_uv[self.grid.query(middle)[1]]
+        seeds, _ = self._meet(middle, axis[:: len(t)], nearest)
         uv, height = self._meet(foot, axis, np.repeat(seeds, len(t), axis=0))
         self._check(foot, axis, uv, height)
         return foot, axis, uv, height
-
-    def _nearest(self, foot: Array, axis: Array) -> Array:
-        """The grid's parameters nearest to lines along the axes."""
-        off = self.grid - foot[:, None]
-        off = off - np.einsum("kgd,kd->kg", off, axis)[..., None] * axis[:, None]
-        return self.grid_uv[np.argmin((off**2).sum(axis=-1), axis=1)]
 
     def _meet(self, foot: Array, axis: Array, uv: Array) -> tuple[Array, Array]:
         """Parameters (k, 2) and heights (k,) where lines meet the skin, kept within its range."""

@@ -140,7 +140,13 @@ def edge_samples(shape: TopoDS_Shape, count: int) -> Iterator[EdgeSamples]:
             continue
         curve = BRepAdaptor_Curve(edge)
         first, last = curve.FirstParameter(), curve.LastParameter()
-        points = np.array([_xyz(curve.Value(t)) for t in np.linspace(first, last, count).tolist()])
+        points = _points(curve, np.linspace(first, last, count))
         kind = curve.GetType().name.removeprefix("GeomAbs_").removesuffix("Curve").lower()
         length = float(GCPnts_AbscissaPoint.Length_s(curve, 1e-7))
         yield EdgeSamples(kind, length, points, tuple(faces))
+
+
+def _points(curve: BRepAdaptor_Curve, t: Array) -> Array:
+    """Points (k, 3) of a curve: one array for all, as one for each takes longer than the curve."""
+    points = [curve.Value(at) for at in t.tolist()]
+    return np.array([(p.X(), p.Y(), p.Z()) for p in points])

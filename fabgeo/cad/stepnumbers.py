@@ -27,7 +27,7 @@ def renumbered(text: bytes, offset: int, known: Mapping[int, int]) -> bytes:
     begin = np.flatnonzero(old == _HASH) + 1
     if not len(begin):
         return text
-    number, width = _read(old, begin)
+    number, width = numbers_at(old, begin)
     new = number + offset
     for one, other in known.items():
         new[number == one] = other
@@ -43,7 +43,7 @@ def renumbered(text: bytes, offset: int, known: Mapping[int, int]) -> bytes:
     return out.tobytes()
 
 
-def _read(
+def numbers_at(
     text: Bytes, begin: npt.NDArray[np.intp]
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:
     """Numbers that begin at places, and how many digits each has."""

@@ -45,12 +45,13 @@ def _points(package: WrittenPackage, measured: Measured, findings: Findings) -> 
         if webs:  # one, or pieces from seam to seam
             corners = np.concatenate([web.corners for web in webs])
             _at_corners(mark, own.get(mark, []), corners, 2, findings)
+    frames = {path[-1]: frame for path, frame in measured.fixings.items()}
     for row in tables["connectors"]:
         mark, centre = row.get("mark", ""), _vector(row, "x_mm", "y_mm", "z_mm")
         if np.isfinite(centre).all():
             _at_corners(mark, own.get(mark, []), centre[None], 1, findings)
-        if mark in measured.frames:
-            _fixing(mark, row, centre, measured.frames[mark], findings)
+        if mark in frames:
+            _fixing(mark, row, centre, frames[mark], findings)
 
 
 def _fixing(mark: str, row: Row, centre: Array, frame: Array, findings: Findings) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 from fabgeo.errors import InputError
 from fabgeo.review.check_work import each
@@ -24,26 +27,45 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
         for mark in package.cut_rows:
             findings.add(mark, "solid in model/facade.step", "present", "no model file")
         return
-    from fabgeo.cad.readback import read_package_step
+    from joblib import effective_n_jobs
 
+    from fabgeo.cad.stepshare import step_shares
+
+    jobs: Any = package.jobs  # joblib takes None too: as `parallel_config` says
+    shares = list(step_shares(package.step, effective_n_jobs(jobs)))
+    task = partial(_measure_share, frozenset(package.cut_rows), len(shares) > 1)
     try:
-        parts = read_package_step(package.step)
+        each(task, shares, package.jobs, measured, findings, few=2, batch=1)
     except InputError as error:
         findings.add("model/facade.step", "STEP file", "readable", error.problem)
         return
-    fixings = {part.path[: k + 1] for part in parts if (k := _fixing(part)) is not None}
-    placed = ((part, k) for part in parts if (k := _fixing(part)) is not None)
-    # A connector holds its product, which is placed in it.
-    measured.frames = {part.path[k]: part.frames[: k + 2][-1] for part, k in placed}
-    measured.names = dict(Counter(part.name for part in parts if _fixing(part) is None))
-    measured.names.update(Counter(path[-1] for path in fixings))
-    whole = [(part, part.name in package.cut_rows) for part in _products(parts)]
-    each(_measure, whole, package.jobs, measured, findings)
-    for name, count in turned_faces(package.step).items():
-        findings.add(name, "faces of its solid turned inside out", 0, count)
-    measured.figures["solids"] = float(len(parts))
+    measured.names.update(Counter(path[-1] for path in measured.fixings))
+    measured.figures["solids"] = float(measured.parts)
     measured.figures["invalid_solids"] = float(len(measured.unsound))
     _names(package, measured, findings)
+
+
+def _measure_share(
+    cut: frozenset[str], share: bool, text: bytes, measured: Measured, findings: Findings
+) -> None:
+    """Read and measure the solids of one share of the model, or of all of it."""
+    from fabgeo.cad.readback import read_package_step
+
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "facade.step"
+        file.write_bytes(text)
+        parts = read_package_step(file, share)
+    for part in parts:
+        k = _fixing(part)
+        if k is None:
+            measured.names[part.name] = measured.names.get(part.name, 0) + 1
+        else:  # a connector holds its product, which is placed in it
+            measured.fixings[part.path[: k + 1]] = part.frames[: k + 2][-1]
+    measured.parts = len(parts)
+    for part in _products(parts):
+        _measure(part, part.name in cut, measured, findings)
+    for name, count in turned_faces(text.decode("utf-8", errors="replace")).items():
+        findings.add(name, "faces of its solid turned inside out", 0, count)
 
 
 def _products(parts: list[ReadPart]) -> Iterator[ReadPart]:
@@ -57,9 +79,8 @@ def _products(parts: list[ReadPart]) -> Iterator[ReadPart]:
             yield part
 
 
-def _measure(solid: tuple[ReadPart, bool], measured: Measured, findings: Findings) -> None:
+def _measure(part: ReadPart, cut: bool, measured: Measured, findings: Findings) -> None:
     """Measure one solid; as a plate if it is cut flat."""
-    part, cut = solid
     if not _sound(part, measured, findings):
         measured.unsound.add(part.name)
     elif cut:

@@ -13,8 +13,8 @@ from typing import Any
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 
-BATCH = 8  # parts that are sent to a process together
-FEW = 100  # fewer parts are measured sooner than processes for them are started
+BATCH = 8
+FEW = 100  # fewer are measured sooner than processes for them are started
 
 
 def each[P](
@@ -23,6 +23,8 @@ def each[P](
     jobs: int | None,
     measured: Measured,
     findings: Findings,
+    few: int = FEW,
+    batch: int = BATCH,
 ) -> None:
     """Measure every part; many by `jobs` processes, None: as joblib's `parallel_config` says.
 
@@ -35,13 +37,17 @@ def each[P](
     jobs : int, optional
     measured, findings
         Take in what was noted, in the order of the parts.
+    few : int
+        Fewer parts are measured by this process alone.
+    batch : int
+        Parts that are sent to a process together.
     """
     from joblib import Parallel, delayed
 
     every = list(parts)
-    batch: Any = BATCH  # joblib tells its type by its default
+    size: Any = batch  # joblib tells its type by its default
     parallel = Parallel(
-        n_jobs=jobs if len(every) >= FEW else 1, return_as="generator", batch_size=batch
+        n_jobs=jobs if len(every) >= few else 1, return_as="generator", batch_size=size
     )
     found: Any = parallel(delayed(partial(_noted, measure))(part) for part in every)
     for own, notes in found:

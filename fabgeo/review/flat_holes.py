@@ -43,10 +43,12 @@ def openings_off(
     plate: SolidPlate, flat: tuple[Array, Array], rims: Sequence[Array]
 ) -> list[tuple[float, Array]]:
     """How far every opening's rim, laid flat, is off the nearest of the drawn ones, and where."""
+    if not plate.openings:
+        return []
     middles = np.array([0.5 * (rim.min(axis=0) + rim.max(axis=0)) for rim in rims])
+    ends = np.cumsum([len(opening) for opening in plate.openings])
     out = []
-    for opening in plate.openings:
-        rim = laid(plate, flat, opening)
+    for rim in np.split(laid(plate, flat, np.concatenate(plate.openings)), ends[:-1]):
         middle = 0.5 * (rim.min(axis=0) + rim.max(axis=0))
         nearest = int(np.linalg.norm(middles - middle, axis=1).argmin())
         out.append((float(distances(rim, rims[nearest]).max()), middle))

@@ -56,11 +56,14 @@ class Measured:
     plates: dict[str, SolidPlate] = field(default_factory=dict)
     volumes: dict[str, float] = field(default_factory=dict)
     centres: dict[str, Array] = field(default_factory=dict)
+    parts: int = 0
+    """Placed solids of the model, the pieces of connectors too."""
     names: dict[str, int] = field(default_factory=dict)
+    """How many parts have a name; a connector is one."""
     unsound: set[str] = field(default_factory=set)
     """Solids that are not one valid, closed solid turned outwards."""
-    frames: dict[str, Array] = field(default_factory=dict)
-    """Placement (4, 4) of every connector in the model."""
+    fixings: dict[tuple[str, ...], Array] = field(default_factory=dict)
+    """Placement (4, 4) of every connector in the model, by the names from the root down to it."""
     flats: dict[str, FlatFile] = field(default_factory=dict)
     edge_errors: dict[str, Array] = field(default_factory=dict)
     """Flat length less the solid's of every edge, in the order of the plate's edges, mm."""
@@ -70,8 +73,11 @@ class Measured:
 
     def take(self, other: Measured) -> None:
         """Take in what was measured of other parts."""
-        for name in ("plates", "volumes", "centres", "flats", "edge_errors", "sheets"):
+        for name in ("plates", "volumes", "centres", "fixings", "flats", "edge_errors", "sheets"):
             getattr(self, name).update(getattr(other, name))
+        self.parts += other.parts
+        for name, count in other.names.items():
+            self.names[name] = self.names.get(name, 0) + count
         self.unsound |= other.unsound
         for mark, names in other.on_sheets.items():
             self.on_sheets.setdefault(mark, []).extend(names)

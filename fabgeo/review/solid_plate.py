@@ -215,21 +215,20 @@ def _is_straight(points: Array, tolerance: float = 1e-6) -> bool:
 
 def _loops(sides: list[_Side], reach: float = 1e-2) -> list[list[_Side]]:
     """Edges chained end to end into loops."""
-    waiting, loops = list(sides), []
-    while waiting:
-        loop = [waiting.pop(0)]
+    ends = np.array([(side.points[0], side.points[-1]) for side in sides]).reshape(-1, 2, 3)
+    free, loops = np.ones(len(sides), dtype=bool), []
+    while free.any():
+        first = int(free.argmax())
+        free[first] = False
+        loop = [sides[first]]
         while np.linalg.norm(loop[-1].points[-1] - loop[0].points[0]) > reach:
-            end = loop[-1].points[-1]
-            nexts = [
-                (float(np.linalg.norm((s.points[-1] if flip else s.points[0]) - end)), k, flip)
-                for k, s in enumerate(waiting)
-                for flip in (False, True)
-            ]
-            away, k, flip = min(nexts, default=(np.inf, -1, False))
-            if away > reach:
+            away = np.linalg.norm(ends - loop[-1].points[-1], axis=2)
+            away[~free] = np.inf
+            k, flip = divmod(int(away.argmin()), 2)
+            if away[k, flip] > reach:
                 break
-            side = waiting.pop(k)
-            loop.append(side.turned() if flip else side)
+            free[k] = False
+            loop.append(sides[k].turned() if flip else sides[k])
         loops.append(loop)
     return loops
 

@@ -8,7 +8,6 @@ the surface's normal and the face's sense say.
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 
@@ -48,9 +47,9 @@ class StepText:
         return [n for n, (own, _) in self.entities.items() if own == kind]
 
 
-def turned_faces(path: Path) -> dict[str, int]:
-    """Number of turned faces by product name; products without any are left out."""
-    step = StepText(path.read_text(encoding="utf-8", errors="replace"))
+def turned_faces(text: str) -> dict[str, int]:
+    """Number of turned faces of a STEP text by product name; products without any are left out."""
+    step = StepText(text)
     found: dict[str, int] = {}
     for representation in step.of_kind("ADVANCED_BREP_SHAPE_REPRESENTATION"):
         solids = [n for n in step.references(representation) if "BREP" in step.kind(n)]
