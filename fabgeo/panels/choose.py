@@ -140,7 +140,7 @@ def choose(
     rounds : int
         Most rounds of new candidates after the first choice, again of strips' programmes, and of
         those of neighbouring strips at once; they end earlier when one gains less than 0.5 %. Of
-        more than a thousand panels one round of candidates is all, unless `thorough`.
+        more than a thousand panels one round of either is all, unless `thorough`.
     seconds : float, optional
         Limit by the clock of one integer programme over all panels, and of all strips'
         programmes: the choice then depends on the machine, and `status` tells so.

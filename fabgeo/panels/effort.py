@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-MANY = 1000  # panels beyond which strips have no programmes of their own unless asked for
+MANY = 1000  # panels beyond which one round of anything is all unless asked for
 SOME = 400  # panels up to which neighbouring strips are placed at once unless asked for
 FEW = 200  # panels up to which that is done again and again
 
@@ -39,7 +39,7 @@ class Effort:
         many = panels > MANY
         return cls(
             candidates=min(rounds, 1) if many else rounds,
-            strips=0 if many and not thorough else rounds,
+            strips=min(rounds, 1) if many and not thorough else rounds,
             windows=(2, 3) if thorough or panels <= SOME else (),
             again=rounds if thorough or panels <= FEW else min(rounds, 1),
             bounded=rounds > 0 and not many,
