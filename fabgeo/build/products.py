@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from functools import lru_cache
@@ -93,9 +95,11 @@ def product_facts(design: Design, cache: Cache) -> dict[str, ProductFacts]:
 def _facts(shapes: list[Shape]) -> ProductFacts:
     from fabgeo.cad.measure import is_closed, is_valid, volume
 
-    distinct = {hash(shape): shape for shape in shapes}
+    count = Counter(hash(shape) for shape in shapes)
+    distinct = {hash(shape): shape for shape in shapes}  # most are placed more than once
     unsound = sum(not (is_valid(shape) and is_closed(shape)) for shape in distinct.values())
-    return ProductFacts(STEEL * sum(volume(shape)[0] for shape in shapes), len(shapes), unsound)
+    whole = math.fsum(count[key] * volume(shape)[0] for key, shape in distinct.items())
+    return ProductFacts(STEEL * whole, len(shapes), unsound)
 
 
 def _shapes(node: Node) -> Iterator[Shape]:

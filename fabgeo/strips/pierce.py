@@ -1,4 +1,4 @@
-"""Where straight lines meet a ruled patch."""
+"""Where straight lines meet a ruled patch, which goes on straight beyond its ends."""
 
 from __future__ import annotations
 
@@ -15,13 +15,16 @@ def pierce(mid: RuledPatch, points: Array, axes: Array, u: Array) -> tuple[Array
     ----------
     points, axes : (k, 3) array
     u : (k,) array
-        First guess; u and v of the result may lie outside the patch.
+        First guess; u and v of the result may lie outside the patch. Beyond u0 and u1 the edges
+        go on along their tangents: Newton's method ends there as well.
     """
     u, v, h = np.array(u, dtype=np.float64), np.full(len(u), 0.5), np.zeros(len(u))
     for _ in range(20):
         at = np.clip(u, mid.u0, mid.u1)
         a, b = mid.edges(at)
         da, db = mid.edges(at, 1)
+        beyond = (u - at)[:, None]
+        a, b = a + beyond * da, b + beyond * db
         chord: Array = b - a
         miss = a + v[:, None] * chord - points - h[:, None] * axes
         along: Array = da + v[:, None] * (db - da)

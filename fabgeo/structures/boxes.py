@@ -47,16 +47,30 @@ def oriented_box(points: Array) -> Box:
     corners = points[hull.vertices]
     # Thick directions cannot win: try the normals with the thinnest slabs first.
     slab = np.ptp(corners @ unit(normals).T, axis=0)
-    best = None
-    for n in unit(normals[np.argsort(slab)[:8]]):
-        box = _on_plane(corners, n, False)
-        if best is None or np.prod(box.size) < np.prod(best.size):
-            best = box
-    return best if best is not None else _on_plane(points, axes[2], False)
+    boxes = [_on_face(points, hull, n) for n in unit(normals[np.argsort(slab)[:8]])]
+    return min(boxes, key=lambda box: float(np.prod(box.size)))
+
+
+def _on_face(points: Array, hull: ConvexHull, normal: Array) -> Box:
+    """Smallest box around a hull with one axis along `normal`.
+
+    A side of the smallest rectangle lies on a side of the outline seen along the normal: on an
+    edge of the hull between a face that is turned to the eye and one that is not.
+    """
+    seen = hull.equations[:, :3] @ normal > 0.0
+    face, corner = np.nonzero(seen[:, None] & ~seen[hull.neighbors])
+    sides = hull.simplices[face[:, None], (corner[:, None] + [1, 2]) % 3]
+    across = cross(normal, points[sides[:, 1]] - points[sides[:, 0]])
+    across = unit(across[np.any(across != 0.0, axis=1)])
+    along = cross(across, normal)
+    corners = points[np.unique(sides)]
+    width, height = np.ptp(corners @ along.T, axis=0), np.ptp(corners @ across.T, axis=0)
+    k = int(np.argmin(width * height))
+    return _box(points[hull.vertices], np.stack([along[k], across[k], normal]))
 
 
 def _on_plane(points: Array, normal: Array, line: bool) -> Box:
-    """Smallest box with one axis along `normal`."""
+    """Smallest box around flat points with one axis along `normal`."""
     least: Array = np.eye(3)[int(np.argmin(np.abs(normal)))]
     x = unit(cross(normal, least))
     y = cross(normal, x)
@@ -73,7 +87,14 @@ def _on_plane(points: Array, normal: Array, line: bool) -> Box:
     across = np.stack([-directions[:, 1], directions[:, 0]], axis=1)
     width, height = np.ptp(flat @ directions.T, axis=0), np.ptp(flat @ across.T, axis=0)
     k = int(np.argmin(width * height))
-    rows = np.stack([d[0] * x + d[1] * y for d in (directions[k], across[k])] + [normal])
-    low, high = (points @ rows.T).min(axis=0), (points @ rows.T).max(axis=0)
+    return _box(
+        points, np.stack([d[0] * x + d[1] * y for d in (directions[k], across[k])] + [normal])
+    )
+
+
+def _box(points: Array, axes: Array) -> Box:
+    """The box around points along three axes (rows)."""
+    along = points @ axes.T
+    low, high = along.min(axis=0), along.max(axis=0)
     order = np.argsort(-(high - low), kind="stable")
-    return Box((high - low)[order], rows[order], ((low + high) / 2.0) @ rows)
+    return Box((high - low)[order], axes[order], ((low + high) / 2.0) @ axes)

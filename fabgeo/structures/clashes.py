@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, cross, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.strips.pierce import pierce
 from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Beam, Connector, Plate
@@ -49,8 +50,10 @@ def with_plates(
         for beam in beams
     }
     found = []
-    over = sorted({(c.panel, c.beam) for c in connectors})
-    for panel, beam in over:
+    over: dict[tuple[str, str], list[Connector]] = defaultdict(list)
+    for connector in connectors:
+        over[connector.panel, connector.beam].append(connector)
+    for panel, beam in sorted(over):
         room = min(clear_distance(plates[panel], flange) for flange in flanges[beam])
         if room < 0.0:
             found.append(Clash(panel, beam, "the flange touches the panel", -room))
@@ -58,24 +61,35 @@ def with_plates(
         plate.mark: plate.mid.edges(plate.mid.parameters(8))
         for plate in (*plates.values(), *(f for own in flanges.values() for f in own))
     }
-    for connector in connectors:
-        fixing = products[connector.product]
-        frame = connector.frame
-        height = (fixing.stand_off + plates[connector.panel].thickness / 2.0) * frame[:3, 2]
-        room = edge_room(edges[connector.panel], frame[:3, 3] + height)
-        if room < fixing.disc_diameter / 2.0:
-            depth = fixing.disc_diameter / 2.0 - room
-            found.append(Clash(connector.mark, connector.panel, "disc beyond panel edge", depth))
-        corners = base_corners(frame, fixing)
-        room = max(
-            min(edge_room(edges[flange.mark], corner) for corner in corners)
-            for flange in flanges[connector.beam]
-        )
-        if room < 0.0:
-            found.append(
-                Clash(connector.mark, connector.beam, "base plate overhangs its flange", -room)
-            )
+    for (panel, beam), own in over.items():
+        under = [edges[flange.mark] for flange in flanges[beam]]
+        found += _beyond(plates[panel], edges[panel], under, own, products)
     return found
+
+
+def _beyond(
+    panel: Plate,
+    edges: Array,
+    flanges: Sequence[Array],
+    connectors: Sequence[Connector],
+    products: Mapping[str, Fixing],
+) -> Iterator[Clash]:
+    """Fixings of a panel on one beam whose disc leaves the panel or whose base leaves its flange.
+
+    Of panel and flanges the edges are given, (2, k, 3) each.
+    """
+    own = [(connector, products[connector.product]) for connector in connectors]
+    half = panel.thickness / 2.0
+    discs = [c.frame[:3, 3] + (fixing.stand_off + half) * c.frame[:3, 2] for c, fixing in own]
+    corners = np.concatenate([base_corners(c.frame, fixing) for c, fixing in own])
+    above = edge_rooms(edges, np.array(discs)).tolist()
+    below = [edge_rooms(flange, corners).reshape(-1, 4).min(axis=1) for flange in flanges]
+    for (c, fixing), room, base in zip(own, above, np.max(below, axis=0).tolist(), strict=True):
+        radius = fixing.disc_diameter / 2.0
+        if room < radius:
+            yield Clash(c.mark, panel.mark, "disc beyond panel edge", radius - room)
+        if base < 0.0:
+            yield Clash(c.mark, c.beam, "base plate overhangs its flange", -base)
 
 
 def clear_distance(panel: Plate, flange: Plate) -> float:
@@ -116,27 +130,25 @@ def base_corners(frame: Array, fixing: Fixing) -> Array:
     )
 
 
-def edge_room(edges: Array, point: Array) -> float:
-    """Distance from a point to the nearest edge of a plate, within its tangent plane there.
+def edge_rooms(edges: Array, points: Array) -> Array:
+    """Distances (n,) of points (n, 3) to the nearest edge of a plate, in its tangent planes there.
 
     Negative outside. `edges` (2, k, 3) are points of its edge curves.
     """
     a, b = edges
     outline = np.concatenate([a, b[::-1]])
-    k = int(np.argmin(np.linalg.norm((a + b) / 2.0 - point, axis=1)))
-    k = min(k, len(a) - 2)
+    nearest = np.linalg.norm((a + b) / 2.0 - points[:, None], axis=-1).argmin(axis=1)
+    k = np.minimum(nearest, len(a) - 2)
     e = unit(b[k] - a[k])
     along: Array = a[k + 1] + b[k + 1] - a[k] - b[k]
-    side = unit(along - (along @ e) * e)
-    x = (outline - point) @ np.stack([side, e], axis=1)  # the outline around the point, in plane
-    d = np.roll(x, -1, axis=0) - x
-    t = np.clip(-np.sum(x * d, axis=1) / np.maximum(np.sum(d * d, axis=1), 1e-300), 0.0, 1.0)
-    distance = float(np.linalg.norm(x + t[:, None] * d, axis=1).min())
-    angles = np.arctan2(
-        x[:, 0] * np.roll(x[:, 1], -1) - x[:, 1] * np.roll(x[:, 0], -1),
-        np.sum(x * np.roll(x, -1, axis=0), axis=1),
-    )
-    return distance if abs(angles.sum()) > np.pi else -distance
+    side = unit(along - dot(along, e)[:, None] * e)
+    x = (outline - points[:, None]) @ np.stack([side, e], axis=-1)  # around each point, in plane
+    after = np.roll(x, -1, axis=1)
+    d = after - x
+    t = np.clip(-dot(x, d) / np.maximum(dot(d, d), 1e-300), 0.0, 1.0)
+    distance = np.linalg.norm(x + t[..., None] * d, axis=-1).min(axis=1)
+    turn = np.arctan2(x[..., 0] * after[..., 1] - x[..., 1] * after[..., 0], dot(x, after))
+    return np.where(np.abs(turn.sum(axis=1)) > np.pi, distance, -distance)
 
 
 def between_fixings(

@@ -165,8 +165,8 @@ def _fit(panel: Plate, flange: Plate, sites: _Sites, fixing: Fixing) -> list[_Fi
     origin = sites.point - z * (np.abs(h) - half)[:, None]
     for k, column in enumerate((x, cross(z, x), z, origin)):
         frame[:, :3, k] = column
-    in_panel = [_holes(panel, hole, frame, sites.u) for hole in fixing.panel_holes]
-    in_flange = [_holes(flange, hole, frame, at) for hole in fixing.flange_holes]
+    in_panel = _holes(panel, fixing.panel_holes, frame, sites.u)
+    in_flange = _holes(flange, fixing.flange_holes, frame, at)
     out: list[_Fitted] = []
     for k in range(len(u)):
         room = float(min(v[k], 1.0 - v[k]) * width[k])
@@ -179,8 +179,8 @@ def _fit(panel: Plate, flange: Plate, sites: _Sites, fixing: Fixing) -> list[_Fi
             or (
                 frame[k],
                 replace(fixing, stand_off=rounded),
-                [holes[k] for holes in in_panel],
-                [holes[k] for holes in in_flange],
+                in_panel[k],
+                in_flange[k],
             )
         )
     return out
@@ -200,14 +200,22 @@ def _refusal(fixing: Fixing, stand_off: float, room: float, width: float) -> str
     return ""
 
 
-def _holes(plate: Plate, hole: LocalHole, frame: Array, u: Array) -> list[Hole]:
-    """Where a hole's axis, given in the fixings' frames, meets the plate's mid-surface."""
-    x, y, z, origin = (frame[:, :3, k] for k in range(4))
-    start = origin + hole.x * x + hole.y * y
-    _, _, h = pierce(plate.mid, start, z, u)
-    centre = start + h[:, None] * z
-    direction = np.cos(hole.angle) * x + np.sin(hole.angle) * y
+def _holes(plate: Plate, holes: Sequence[LocalHole], frame: Array, u: Array) -> list[list[Hole]]:
+    """For every frame (k, 4, 4): where the axes of its holes meet the plate's mid-surface."""
+    if not holes:
+        return [[] for _ in frame]
+    x, y, z, origin = (frame[:, None, :3, k] for k in range(4))
+    at = np.array([(hole.x, hole.y) for hole in holes])[..., None]
+    turn = np.array([hole.angle for hole in holes])[:, None]
+    start = origin + at[:, 0] * x + at[:, 1] * y  # (k, holes, 3)
+    axes = np.broadcast_to(z, start.shape).reshape(-1, 3)
+    _, _, h = pierce(plate.mid, start.reshape(-1, 3), axes, np.repeat(u, len(holes)))
+    centres = start + h.reshape(*start.shape[:2], 1) * z
+    directions = np.cos(turn) * x + np.sin(turn) * y
     return [
-        Hole(c, axis, hole.diameter, hole.slot, d)
-        for c, axis, d in zip(centre, z, direction, strict=True)
+        [
+            Hole(c, axis, hole.diameter, hole.slot, d)
+            for hole, c, d in zip(holes, own, along, strict=True)
+        ]
+        for own, axis, along in zip(centres, z[:, 0], directions, strict=True)
     ]

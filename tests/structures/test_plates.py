@@ -111,6 +111,8 @@ def test_oriented_box_finds_a_turned_box() -> None:
     inside = rng.uniform(size=(40, 3)) * (5, 3, 1)
     box = oriented_box(np.concatenate([corners, inside]) @ turn + 7.0)
     assert np.allclose(box.size, (5.0, 3.0, 1.0), atol=1e-2)
+    straight = oriented_box(corners)  # faces along the axes are seen edge on
+    assert np.allclose(straight.size, (5.0, 3.0, 1.0), atol=1e-12)
     flat = oriented_box(corners[[0, 2, 4, 6]] @ turn)
     assert np.allclose(flat.size, (5.0, 3.0, 0.0), atol=1e-9)
 
