@@ -72,12 +72,15 @@ class Cache:
 
     def put(self, kind: str, key: str, value: Any) -> None:
         """Keep a result; its file is there whole or not at all."""
+        self.put_packed(kind, key, b"" if self.folder is None else pack(value))
+
+    def put_packed(self, kind: str, key: str, data: bytes) -> None:
+        """Keep a result as `pack` wrote it."""
         self.made += 1
         if self.folder is None:
             return
         path = self.folder / kind / key
         path.parent.mkdir(parents=True, exist_ok=True)
-        data = pack(value)
         beside = path.with_suffix(".part")
         try:
             beside.write_bytes(sha256(data).digest() + data)

@@ -7,6 +7,10 @@ Glossary
 --------
 crash
     The death of a worker process, by the kernel's fault on one part or from outside.
+crossing
+    Parts and results go to other processes and come back as bytes that were pickled once: joblib
+    would look at every array by itself, which takes longer than many a part's work. A result
+    comes with its bytes for the cache, which take long to make, too.
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ from typing import Any
 from joblib import Parallel, delayed
 
 from fabgeo.build.cache import Cache
+from fabgeo.build.plain import pack
 
 BATCH = 8  # parts that are sent to a worker together
 AHEAD = 3  # batches a worker that wait or are worked on: none stands still while this one reads
@@ -61,14 +66,14 @@ def results[P, R](
     keys = [store.key(work.kind, work.depends(part)) for part in parts]
     found = [store.get(work.kind, key) for key in keys]
     missing = [k for k, value in enumerate(found) if value is None]
-    made = _survived(work, [parts[k] for k in missing], jobs)
+    made = _survived(work, [parts[k] for k in missing], jobs, store.folder is not None)
     for value, key in zip(found, keys, strict=True):
         if value is not None:
             yield value
             continue
-        result, own = next(made)
-        if own:
-            store.put(work.kind, key, result)
+        result, packed = next(made)
+        if packed is not None:
+            store.put_packed(work.kind, key, packed)
         yield result
 
 
@@ -79,14 +84,17 @@ def keep[P, R](work: Work[P, R], parts: Sequence[P], cache: Cache) -> None:
 
 
 def _survived[P, R](
-    work: Work[P, R], parts: Sequence[P], jobs: int | None, attempt: int = 1
-) -> Iterator[tuple[R, bool]]:
-    """Results in order, and whether they are the part's own; halves parts around a crash."""
+    work: Work[P, R], parts: Sequence[P], jobs: int | None, kept: bool, attempt: int = 1
+) -> Iterator[tuple[R, bytes | None]]:
+    """Results in order with their bytes for the cache, None for those of a crash.
+
+    Parts are halved around a crash.
+    """
     done = 0
     try:
-        for result in _run(work.function, parts, jobs):
+        for result, packed in _run(work.function, parts, jobs, kept):
             done += 1
-            yield result, True
+            yield pickle.loads(result), packed
     except Exception as error:
         if not is_crash(error):
             raise
@@ -95,15 +103,17 @@ def _survived[P, R](
     rest = parts[done:]
     if len(rest) > 1:
         half = len(rest) // 2
-        yield from _survived(work, rest[:half], jobs)
-        yield from _survived(work, rest[half:], jobs)
+        yield from _survived(work, rest[:half], jobs, kept)
+        yield from _survived(work, rest[half:], jobs, kept)
     elif attempt < ATTEMPTS:
-        yield from _survived(work, rest, jobs, attempt + 1)
+        yield from _survived(work, rest, jobs, kept, attempt + 1)
     else:
-        yield work.crashed(rest[0], CRASHED), False
+        yield work.crashed(rest[0], CRASHED), None
 
 
-def _run[P, R](function: Callable[[P], R], parts: Sequence[P], jobs: int | None) -> Iterator[R]:
+def _run[P, R](
+    function: Callable[[P], R], parts: Sequence[P], jobs: int | None, kept: bool
+) -> Iterator[tuple[bytes, bytes]]:
     batch: Any = max(1, min(BATCH, len(parts) // 4))  # joblib tells its type by its default
     parallel = Parallel(
         n_jobs=jobs,
@@ -111,14 +121,14 @@ def _run[P, R](function: Callable[[P], R], parts: Sequence[P], jobs: int | None)
         batch_size=batch,
         pre_dispatch=f"{AHEAD * batch} * n_jobs",  # it counts parts
     )
-    for result in parallel(delayed(_done)(function, part) for part in parts):
-        if result is not None:
-            yield result
+    work = (delayed(_done)(function, pickle.dumps(part), kept) for part in parts)
+    return (result for result in parallel(work) if result is not None)
 
 
-def _done[P, R](function: Callable[[P], R], part: P) -> R:
-    """The result of a part in memory of its own: Dask hands over arrays that lie unaligned."""
-    return function(pickle.loads(pickle.dumps(part)))
+def _done[P, R](function: Callable[[P], R], part: bytes, kept: bool) -> tuple[bytes, bytes]:
+    """Bytes of a part's result, and what the cache keeps of it."""
+    result = function(pickle.loads(part))
+    return pickle.dumps(result), pack(result) if kept else b""
 
 
 def is_crash(error: Exception) -> bool:

@@ -11,6 +11,7 @@ bulge
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -79,17 +80,18 @@ def write_nests(
     """Write ``<material>_<t>mm/SHEET-001.dxf`` ... of all nests, `jobs` at a time; their paths."""
     from joblib import Parallel, delayed
 
-    work, paths = [], []
+    wanted: list[tuple[Sheet, Path]] = []
     for nest in nests:
         group = folder / f"{nest.material}_{nest.thickness:g}mm"
         group.mkdir(parents=True, exist_ok=True)
-        for sheet in nest.sheets:
-            path = group / f"{sheet.name}.dxf"
-            own = {placement.mark: parts[placement.mark] for placement in sheet.placements}
-            work.append(delayed(write_sheet)(sheet, own, path, style))
-            paths.append(path)
+        wanted += [(sheet, group / f"{sheet.name}.dxf") for sheet in nest.sheets]
+    own = ({p.mark: parts[p.mark] for p in sheet.placements} for sheet, _ in wanted)
+    work = (
+        delayed(_sheet_written)(pickle.dumps((sheet, on_it)), path, style)
+        for (sheet, path), on_it in zip(wanted, own, strict=True)
+    )
     Parallel(n_jobs=jobs, batch_size="auto")(work)
-    return paths
+    return [path for _, path in wanted]
 
 
 def write_parts(
@@ -102,9 +104,25 @@ def write_parts(
     from joblib import Parallel, delayed
 
     folder.mkdir(parents=True, exist_ok=True)
-    work = (delayed(write_part)(part, folder / f"{part.mark}.dxf", style) for part in parts)
-    made = Parallel(n_jobs=jobs, batch_size="auto")(work)
-    return {item.mark: item for item in made if item is not None}
+    work = (
+        delayed(_part_written)(pickle.dumps(part), folder / f"{part.mark}.dxf", style)
+        for part in parts
+    )
+    found = Parallel(n_jobs=jobs, batch_size="auto")(work)
+    made: list[Drawn] = [pickle.loads(item) for item in found if item is not None]
+    return {item.mark: item for item in made}
+
+
+# To other processes go bytes that were pickled once: joblib would look at each array by itself.
+
+
+def _sheet_written(data: bytes, path: Path, style: DxfStyle | None) -> None:
+    sheet, parts = pickle.loads(data)
+    write_sheet(sheet, parts, path, style)
+
+
+def _part_written(data: bytes, path: Path, style: DxfStyle | None) -> bytes:
+    return pickle.dumps(write_part(pickle.loads(data), path, style))
 
 
 def bend_table(part: FlatPart) -> str:
