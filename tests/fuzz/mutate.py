@@ -81,6 +81,7 @@ def by_coverage(reader: Reader, seconds: float, seed: int) -> None:
     with tempfile.TemporaryDirectory() as corpus:
         for number, data in enumerate(reader.seeds()):
             Path(corpus, f"seed-{number}").write_bytes(data)
+            reader(data)  # loads what it reads with: that is followed, too
         atheris.instrument_all()
         flags = [f"-max_total_time={seconds:.0f}", f"-timeout={LIMIT}", f"-seed={seed + 1}"]
         flags += [f"-max_len={LARGEST}", "-rss_limit_mb=4096", "-artifact_prefix=finding-"]
