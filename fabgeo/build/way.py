@@ -31,6 +31,7 @@ from fabgeo.build.splitting import divided_patches, divided_structure
 from fabgeo.build.surface import seen, surface_of, with_surface
 from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.cad.given import as_surface
+from fabgeo.errors import GeometryError
 from fabgeo.fitting.starts import Start
 from fabgeo.project import Project, parse_project, read_project
 from fabgeo.strips.model import Patch, StripModel
@@ -97,7 +98,7 @@ def design(
     made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
-            structure = _structure(project, made.lanes, whole, cache)
+            structure = _structure(project, made, whole, cache)
             made = straightened(replace(made, **structure))
     if project.connectors:
         with clock.stage("connectors"):
@@ -242,14 +243,21 @@ def _panelled(
 
 
 def _structure(
-    project: Project, model: StripModel, patches: tuple[Patch, ...], cache: Cache
+    project: Project, made: Design, patches: tuple[Patch, ...], cache: Cache
 ) -> dict[str, Any]:
     """Cells, walls, beams from the cache or made, and the pair that bounds the cells."""
     tables = [table and table.model_dump() for table in (project.cells, project.beams)]
-    inputs = (tables, project.limits.transport_mm, _shape(model), patches)
-    pair = pair_of(project, model)
-    make = partial(structure_of, project, model, patches, pair)
-    return {**divided_structure(project, cache.once("structure", inputs, make)), "pair": pair}
+    inputs = (tables, project.limits.transport_mm, _shape(made.lanes), patches)
+    try:
+        pair = pair_of(project, made.lanes)
+        make = partial(structure_of, project, made.lanes, patches, pair)
+        built = divided_structure(project, cache.once("structure", inputs, make))
+    except GeometryError as error:
+        if made.fit.status != "limited":
+            raise
+        problem = f"{error.problem}; the fit ended before its limits: {made.fit.reason}"
+        raise GeometryError(error.where, problem, error.cure) from error
+    return {**built, "pair": pair}
 
 
 def _shape(model: StripModel) -> tuple[object, ...]:

@@ -242,5 +242,7 @@ def axes(model: EdgeCurves) -> Axes:
         f"{kind} strip model",
         "offsets, cells and beams need a conical or a circular model; the strips disagree about "
         f"their common axis by {', '.join(found)} (limit {MISMATCH_LIMIT:g})",
-        'fit the model with kind = "conical", or ask for panels only',
+        "divide the surface, or ask for panels only"
+        if kind in ("conical", "circular")
+        else 'fit the model with kind = "conical", or ask for panels only',
     )

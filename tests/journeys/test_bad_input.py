@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from journey_helpers import DOME, fabgeo
 
+from fabgeo.build import design
+from fabgeo.errors import GeometryError
+
 CUBE = "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
 GRID = [(x, y) for y in range(4) for x in range(4)]
 
@@ -117,3 +120,20 @@ def test_a_model_at_a_small_scale_is_told_from_a_building(tmp_path: Path) -> Non
     assert done.code == 2
     assert "surface.scale" in done.err
     assert not (tmp_path / "out").exists()
+
+
+def test_structure_on_a_fit_short_of_its_kind_tells_why_the_fit_ended():
+    """From a dome to a saddle: no conical model crosses the line between."""
+    project = {
+        "surface": {
+            **{"unit": "m", "u": [-3.0, 3.0], "v": [-3.0, 3.0]},
+            **{"x": "u", "y": "v", "z": "0.6*cos(0.8*u)*cos(0.6*v)"},
+        },
+        "strips": {"kind": "conical", "start": "iso", "count": 5, "segments": 6},
+        "panels": {"count": 2, "choice": "single"},
+        "cells": {"depth": -200.0},
+    }
+    with pytest.raises(GeometryError, match="the fit ended before its limits: strip") as refused:
+        design(project)
+    assert "kind =" not in str(refused.value)
+    assert "divide the surface" in str(refused.value)
