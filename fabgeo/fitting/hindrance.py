@@ -6,7 +6,7 @@ import numpy as np
 
 from fabgeo.arrays import Array
 from fabgeo.surfaces.base import DesignSurface, size_of
-from fabgeo.surfaces.trace import umbilics
+from fabgeo.surfaces.umbilics import umbilics
 
 FLAT = 0.05  # curvature times the surface's size up to which it is called flat
 BENT = 2.0  # the same from which on strips have to follow it

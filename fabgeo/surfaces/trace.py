@@ -5,8 +5,6 @@ Glossary
 field
     A line field: a tangent direction at every point, without a sense; the sense is carried on from
     where a curve comes from.
-umbilic
-    A point where both principal curvatures are equal: principal directions are not defined there.
 
 Curves are integrated by classical Runge-Kutta steps of equal arc length; a step is divided until
 its error estimate is within tolerance. Every stage is brought to the surface by its closest point.
@@ -15,7 +13,6 @@ its error estimate is within tolerance. Every stage is brought to the surface by
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,21 +22,6 @@ from fabgeo.surfaces.trace_extension import ExtendedPoints
 
 DEEPEST = 3  # a step is divided at most into 2 ** DEEPEST
 type Field = Callable[[SurfacePoints, Array], Array]
-
-
-@dataclass(frozen=True)
-class Umbilic:
-    """A place where principal directions are not defined or hardly: point, curvatures there."""
-
-    point: Array
-    kappa: Array
-
-    def __str__(self) -> str:
-        x, y, z = self.point
-        return (
-            f"umbilic near ({x:.4g}, {y:.4g}, {z:.4g}): principal curvatures "
-            f"{self.kappa[0]:.3g} and {self.kappa[1]:.3g}"
-        )
 
 
 def principal_field(at: SurfacePoints, along: Array) -> Array:
@@ -184,32 +166,6 @@ def both_ways(
     lines = trace(np.concatenate([points, points]), np.concatenate([along, -along]))
     ahead, back = lines[: len(points)], lines[len(points) :]
     return np.concatenate([back[:, :0:-1], ahead], axis=1), back.shape[1] - 1
-
-
-def anisotropy(at: SurfacePoints) -> Array:
-    """|k1 - k2| / (|k1| + |k2|) of (k,) points: 0 at an umbilic, 2 / 2 = 1 for a cylinder."""
-    kappa, _ = at.principal()
-    total = np.abs(kappa).sum(axis=1)
-    return np.abs(kappa[:, 0] - kappa[:, 1]) / np.maximum(total, 1e-300)
-
-
-def umbilics(surface: DesignSurface, count: int = 600, least: float = 0.05) -> list[Umbilic]:
-    """Places among `count` samples where principal directions are hardly defined.
-
-    Neighbouring samples are merged; each stands for its most umbilic one.
-    """
-    at = surface.sample(count)
-    size = float(np.linalg.norm(surface.bounds[1] - surface.bounds[0]))
-    flat = np.abs(at.principal()[0]).max(axis=1) * size < 1e-6
-    ratio = np.where(flat, 0.0, anisotropy(at))
-    found: list[int] = []
-    for k in np.argsort(ratio):
-        if ratio[k] >= least:
-            break
-        if all(np.linalg.norm(at.point[k] - at.point[o]) > 0.1 * size for o in found):
-            found.append(int(k))
-    kappa = at.principal()[0]
-    return [Umbilic(at.point[k], kappa[k]) for k in found]
 
 
 def _tangent(vectors: Array, normal: Array) -> Array:

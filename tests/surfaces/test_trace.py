@@ -8,14 +8,13 @@ import pytest
 from fabgeo.arrays import dot, unit
 from fabgeo.surfaces.formula import FormulaSurface
 from fabgeo.surfaces.trace import (
-    anisotropy,
     both_ways,
     conjugate_direction,
     trace_geodesics,
     trace_principal,
-    umbilics,
 )
 from fabgeo.surfaces.trace_extension import Extended
+from fabgeo.surfaces.umbilics import anisotropy, umbilics
 
 SPHERE = FormulaSurface(
     "cos(u)*cos(v)", "sin(u)*cos(v)", "sin(v)", (-1.2, 1.2), (-1.2, 1.2), name="sphere"
@@ -83,6 +82,22 @@ def test_umbilics_are_found_where_they_are():
     assert np.linalg.norm(found[0].point) < 0.25
     assert "umbilic near" in str(found[0])
     assert anisotropy(SPHERE.sample(50)).max() < 1e-6
+
+
+def test_umbilics_of_an_ellipsoid_and_of_a_monkey_saddle():
+    # Of axes a > b > c: at x^2 = a^2 (a^2 - b^2) / (a^2 - c^2), y = 0.
+    ellipsoid = FormulaSurface(
+        "12*cos(u)*cos(v)", "8*sin(u)*cos(v)", "5*sin(v)", (0.0, 2.0 * np.pi), (0.3, 1.4)
+    )
+    x = [found.point for found in umbilics(ellipsoid)]
+    there = 12.0 * np.sqrt((144 - 64) / (144 - 25)), 5.0 * np.sqrt((64 - 25) / (144 - 25))
+    assert len(x) == 2
+    assert np.abs(np.sort([p[0] for p in x]) - (-there[0], there[0])).max() < 0.05
+    assert np.abs([(p[1], p[2] - there[1]) for p in x]).max() < 0.05
+    # Its only umbilic is flat: beside it the curvatures differ in sign alone.
+    monkey = FormulaSurface("u", "v", "(u**3 - 3*u*v**2)/60", (-5.1, 5), (-5, 5.3))
+    (flat,) = umbilics(monkey)
+    assert np.linalg.norm(flat.point) < 0.05
 
 
 def test_the_continuation_meets_the_surface_smoothly():

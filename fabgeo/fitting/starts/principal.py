@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, dot, unit
+from fabgeo.arrays import Array, BoolArray, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.draw import model_of_net
@@ -22,8 +22,9 @@ from fabgeo.fitting.starts.overhang import uncovered
 from fabgeo.fitting.starts.polyline import even_with_tangents
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
-from fabgeo.surfaces.trace import anisotropy, both_ways, trace_principal, umbilics
+from fabgeo.surfaces.trace import both_ways, trace_principal
 from fabgeo.surfaces.trace_extension import Extended
+from fabgeo.surfaces.umbilics import anisotropy, umbilics
 
 LINES = 19  # of each family, before resampling
 STEPS = 44  # of a traced line, each way
@@ -82,15 +83,22 @@ def principal_net(
     _, axes = at.principal()
     step = STEP * size_of(surface)
     larger, smaller = axes[:, 0], axes[:, 1]
-    spine = _Spine(extended, at.point, smaller, step)
-    rib = _Spine(extended, at.point, larger, step)
+    lines, middle = both_ways(
+        lambda x, d: trace_principal(extended, x, d, step, STEPS),
+        np.concatenate([at.point, at.point]),
+        np.concatenate([smaller, larger]),
+    )
+    spine, rib = (_Spine(extended, line, middle) for line in lines)
     ahead = np.full((2, 2), 0.75 * step)  # how far spine and rib go on beyond the boundary
     best, least = None, np.inf
     for _ in range(ROUNDS):
-        rows = _family(extended, *even_with_tangents(spine.cut(*ahead[0]), LINES), larger, step)
-        columns = _family(extended, *even_with_tangents(rib.cut(*ahead[1]), LINES), smaller, step)
+        places = [
+            even_with_tangents(x.cut(*far), LINES)
+            for x, far in zip((spine, rib), ahead, strict=True)
+        ]
+        rows, columns = _families(extended, places, (larger, smaller), step)
         try:
-            points = _largest_block(crossings(rows, columns))
+            points, dropped = _largest_block(crossings(rows, columns))
         except GeometryError:
             if best is None:
                 raise
@@ -98,7 +106,9 @@ def principal_net(
         missing = uncovered(points, extended)
         if missing.sum() < least:
             best, least = points, missing.sum()
-        if best is not points or not least:
+        # Beyond lines that are no part of the net, others would not be either.
+        missing = np.where(dropped, 0.0, missing)
+        if best is not points or not missing.any():
             break
         ahead += np.where(missing > 0.0, missing + step, 0.0)
     assert best is not None  # the first round found one, or raised
@@ -123,12 +133,9 @@ def _remembered(surface: DesignSurface, seed: Any, overhang: float) -> tuple[Net
 class _Spine:
     """The principal line through the seed, both ways and beyond the boundary."""
 
-    def __init__(self, surface: Extended, point: Array, along: Array, step: float) -> None:
-        lines, self.middle = both_ways(
-            lambda x, d: trace_principal(surface, x, d, step, STEPS), point, along
-        )
-        self.line = lines[0]
-        self.beyond = surface.beyond(self.line)
+    def __init__(self, surface: Extended, line: Array, middle: int) -> None:
+        self.line, self.middle = line, middle
+        self.beyond = surface.beyond(line)
 
     def cut(self, before: float, after: float) -> Array:
         """The line (k, 3) up to distances beyond the boundary at its begin and its end."""
@@ -139,19 +146,36 @@ class _Spine:
         return self.line[start:stop]
 
 
-def _family(surface: Extended, points: Array, tangents: Array, along: Array, step: float) -> Array:
-    """Lines across a spine, all in the sense of `along` at the seed: (N, k, 3)."""
-    normal = surface.closest(points).normal
-    across = unit(cross(normal, tangents))
-    middle = len(points) // 2
-    if dot(across[middle], along[0]) < 0.0:
-        across = -across
-    lines, _ = both_ways(lambda x, d: trace_principal(surface, x, d, step, STEPS), points, across)
-    return lines
+def _families(
+    surface: Extended,
+    places: list[tuple[Array, Array]],
+    along: tuple[Array, Array],
+    step: float,
+) -> tuple[Array, Array]:
+    """Lines across spine and rib, in the senses of `along` at the seed: (N, k, 3) each.
+
+    All are traced at once, as each closest point costs less among many.
+    """
+    points, ways = [], []
+    for (x, tangents), sense in zip(places, along, strict=True):
+        across = unit(cross(surface.closest(x).normal, tangents))
+        turn = np.copysign(1.0, dot(across[len(x) // 2], sense[0]))
+        points.append(x)
+        ways.append(turn * across)
+    lines, _ = both_ways(
+        lambda x, d: trace_principal(surface, x, d, step, STEPS),
+        np.concatenate(points),
+        np.concatenate(ways),
+    )
+    count = len(points[0])
+    return lines[:count], lines[count:]
 
 
-def _largest_block(nodes: Array) -> Array:
-    """The rows and columns around the middle in which every node exists."""
+def _largest_block(nodes: Array) -> tuple[Array, BoolArray]:
+    """The rows and columns around the middle in which every node exists.
+
+    And (rows, columns) x (first, last): whether lines were dropped on that side.
+    """
     good = np.isfinite(nodes).all(axis=2)
     i0 = j0 = 0
     i1, j1 = good.shape
@@ -171,7 +195,9 @@ def _largest_block(nodes: Array) -> Array:
             f"lines {i0 + int(bad[0])} and {j0 + int(bad[1])} of the two families do not cross",
             "move the seed away from umbilics, or choose another start",
         )
-    return nodes[i0:i1, j0:j1]
+    rows, columns = good.shape
+    dropped = np.array([[i0 > 0, i1 < rows], [j0 > 0, j1 < columns]])
+    return nodes[i0:i1, j0:j1], dropped
 
 
 def _cropped(points: Array, surface: Extended, overhang: float) -> Array:
