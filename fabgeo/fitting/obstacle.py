@@ -14,12 +14,13 @@ off:
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.fitting.held import Held
 from fabgeo.fitting.objectives.base import State
-from fabgeo.fitting.quality import Quality
 from fabgeo.fitting.reference import Reference, Side
 from fabgeo.fitting.samples import Net, Sites
 
@@ -27,11 +28,14 @@ LEAST_ANGLE = np.radians(15.0)  # between a direction and its conjugate
 LEAST_TWIST = np.radians(0.2)  # of the surface along one ruling: less does not matter
 SINGLE_CURVED = 0.1  # smaller over larger principal curvature, up to which it is called so
 UMBILIC = 0.15  # difference of the principal curvatures over their sum
-_PRINCIPAL = "let strips follow the principal directions (start 'principal'), or "
+_PRINCIPAL = "let strips follow the principal directions (start 'principal')"
+CONJUGATE = 3.0  # degrees up to which rulings are called conjugate to the edges
 TURN = np.radians(25.0)  # of the surface's normal along one ruling
 
 
-def obstacle(state: State, held: Held, figures: Quality, method: str = "") -> str:
+def obstacle(
+    state: State, held: Held, place: tuple[int, float] | None, tried: Collection[str] = ()
+) -> str:
     """What keeps a model off its surface, in words, each with strip or edge and u.
 
     Parameters
@@ -39,14 +43,16 @@ def obstacle(state: State, held: Held, figures: Quality, method: str = "") -> st
     state : State
         The model as the fit left it.
     held : Held
-    figures : Quality
-        Whose worst twist is looked into.
-    method : str
-        Of the start, which is not advised again.
+    place : (int, float) or None
+        Strip and u that are looked into: where it twists or deviates most.
+    tried : collection of str
+        Methods of a start that were tried, which are not advised again.
     """
     words = _borders(state.net, state.control, state.reference, held)
-    if figures.twist_deg > 0.0:
-        words.append(_inside(state, figures, method != "principal"))
+    if place is not None:
+        strip, u = place
+        bound = bool(held.edges or held.ends)
+        words.append(_inside(state, strip, u, "principal" not in tried, bound))
     return "; ".join(words)
 
 
@@ -68,10 +74,9 @@ def _borders(net: Net, control: Array, reference: Reference, held: Held) -> list
     return words
 
 
-def _inside(state: State, figures: Quality, advise: bool) -> str:
-    """What the surface is like where the model twists most; `advise` principal strips."""
+def _inside(state: State, strip: int, u: float, advise: bool, bound: bool) -> str:
+    """What the surface is like at a place; `advise` principal strips, a `bound` border freed."""
     net, reference = state.net, state.reference
-    strip, u = figures.twist_strip, figures.twist_u
     sites = Sites(net, np.array([[min(u, net.segments - 1e-9)]]), np.ones((1, 1)))
     first, second = net.windows(2)[strip]
     points, slopes = sites.evaluate(state.control)[:, 0, 0], sites.evaluate(state.control, 1)
@@ -97,8 +102,8 @@ def _inside(state: State, figures: Quality, advise: bool) -> str:
         return place + (
             "the surface is nearly single-curved there (its Gaussian curvature vanishes or changes "
             "its sign): rulings must take its straight direction, which is "
-            f"{_degrees(along, axes[1]):.0f} degrees away from this strip's; {_PRINCIPAL * advise}"
-            "divide the surface along that line"
+            f"{_degrees(along, axes[1]):.0f} degrees away from this strip's"
+            + _cures(advise and _PRINCIPAL, "divide the surface along that line")
         )
     if abs(kappa[0] - kappa[1]) < UMBILIC * (large + small):
         return place + (
@@ -109,14 +114,24 @@ def _inside(state: State, figures: Quality, advise: bool) -> str:
         return place + (
             "edges run along an asymptotic direction of the surface (its own conjugate is "
             f"{_degrees(edge, conjugate):.0f} degrees away): no rulings lead across them"
-            + "; turn the edges by 45 degrees (start 'principal')"
-            * advise
+            + _cures(advise and "turn the edges by 45 degrees (start 'principal')")
+        )
+    away = _degrees(along, conjugate)
+    if away < CONJUGATE:
+        return place + (
+            "rulings are conjugate to the edges there; what is left is how the surface changes "
+            "within one strip and segment: take more of them"
         )
     return place + (
-        f"the direction conjugate to the edges is {_degrees(along, conjugate):.0f} degrees away "
-        "from the rulings, which neighbouring strips or the boundary hold there; "
-        f"{_PRINCIPAL * advise}free the border"
+        f"the direction conjugate to the edges is {away:.0f} degrees away from the rulings, which "
+        f"neighbouring strips {'or the boundary ' * bound}hold there"
+        + _cures(advise and _PRINCIPAL, bound and "free the border")
     )
+
+
+def _cures(*cures: str | bool) -> str:
+    said = [cure for cure in cures if isinstance(cure, str)]
+    return f"; {', or '.join(said)}" if said else ""
 
 
 def _tangent(vector: Array, normal: Array) -> Array:

@@ -26,6 +26,8 @@ class Quality:
     twist_strip: int
     twist_u: float
     deviation: float
+    deviation_strip: int
+    deviation_u: float
     deviation_rms: float
     sag_limit: float
     kind_deg: float
@@ -68,11 +70,15 @@ def quality(state: State, sites: Sites, kind: Kind) -> Quality:
     sag = np.where(middle.beyond > OVERHANG, 0.0, sag)
     term = KIND_TERM.get(kind)
     defect = term(sites).evaluate(state, False)[0] if term and len(term(sites).window) else 0.0
+    farthest, column = divmod(int(np.argmax(np.abs(distances))), sites.u.size)
+    strips, edges = len(e), len(at_edges)
     return Quality(
         twist_deg=float(np.degrees(twist[worst])),
         twist_strip=int(worst[0]),
         twist_u=float(sites.u[worst[1], worst[2]]),
         deviation=float(np.abs(distances).max()),
+        deviation_strip=min(farthest, strips - 1) if farthest < edges else farthest - edges,
+        deviation_u=float(sites.u.ravel()[column]),
         deviation_rms=float(np.sqrt(np.sum(distances**2) / max(int(np.sum(~off)), 1))),
         sag_limit=float(sag.max()) / 2.0,
         kind_deg=float(np.degrees(np.abs(defect).max())),

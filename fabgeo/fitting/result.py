@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from fabgeo.fitting.quality import Quality
 from fabgeo.strips.model import StripModel
 
 
@@ -63,3 +64,18 @@ class FitResult:
     reason: str
     history: tuple[dict[str, Any], ...] = ()
     statistics: dict[str, Any] = field(default_factory=dict)
+
+
+def totals(
+    history: Sequence[Mapping[str, Any]], figures: Quality, length: float
+) -> dict[str, float | int]:
+    """Sums over the stages, and the last figures in the model's unit: `length` is the fit's."""
+    return {
+        "steps": sum(h["steps"] for h in history),
+        "factorisations": sum(h["factorisations"] for h in history),
+        "twist_max_deg": figures.twist_deg,
+        "kind_max_deg": figures.kind_deg,
+        "deviation_max": figures.deviation * length,
+        "deviation_rms": figures.deviation_rms * length,
+        "deviation_over_sag_limit": figures.deviation_over_sag,
+    }

@@ -6,8 +6,6 @@ level
     A net of strips and segments; the next finer one holds the same model exactly.
 stage
     One minimisation with fixed weights.
-excess
-    Twist and the kind's defect as multiples of their limits; at most 1 within them.
 
 Developability has the nature of a constraint: its weight grows stage by stage while that helps.
 Stages on the way need not be solved exactly, only the one that reaches the limits.
@@ -16,6 +14,7 @@ Stages on the way need not be solved exactly, only the one that reaches the limi
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,15 +23,14 @@ from fabgeo import spline
 from fabgeo.errors import GeometryError
 from fabgeo.fitting import held as holding
 from fabgeo.fitting.folds import find_fold
-from fabgeo.fitting.hindrance import hindrance
 from fabgeo.fitting.level import Level
 from fabgeo.fitting.levenberg import Solution, Step, minimise
-from fabgeo.fitting.obstacle import obstacle
 from fabgeo.fitting.options import FitOptions
-from fabgeo.fitting.quality import Quality, dense_sites, mean_ruling, quality
+from fabgeo.fitting.quality import Quality, mean_ruling, quality
 from fabgeo.fitting.reference import Reference
-from fabgeo.fitting.result import FitResult, Listener, Progress
+from fabgeo.fitting.result import FitResult, Listener, Progress, totals
 from fabgeo.fitting.samples import Net
+from fabgeo.fitting.verdict import excess_of, verdict
 from fabgeo.strips.model import Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 
@@ -46,13 +44,10 @@ PATIENCE = 3  # idle stages in a row, after which more weight is of no use
 EXACTLY = 1e-3  # the same for nets of a kind: their path is narrow
 ON_THE_WAY, SETTLED = 1e-2, 3e-3  # relative gain of a step at which a stage ends
 FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
-WORTH_A_REASON = 1.2  # of the sag limit: above, the reason says what holds the model off
-NEAR_ENOUGH = 1e-4  # of a ruling's length: a deviation that needs no reason, whatever the sag
 ROUNDS = 4  # of reweighting, at most
 FLATTER = 0.95  # of the largest deviation: a round that brings less is the last
 GIVE = 2  # steps of growth that a round takes back
 FADES, FADE = 3, 0.1  # times that fairness fades at the end, at most, and by which factor
-FINEST = 16  # places a segment where the result is looked at for folds: cusps are short
 STILL_GOOD = 2.0  # of the cost it was left with: up to here a model is gone on with
 
 
@@ -262,12 +257,8 @@ class Run:
         self.control = solution.x.reshape(self.control.shape)
         self._record(solution)
 
-    def _excess(self, figures: Quality | dict[str, Any]) -> float:
-        plain = figures if isinstance(figures, dict) else figures.plain()
-        return max(
-            plain["twist_deg"] / self.options.twist_limit_deg,
-            plain["kind_deg"] / self.options.kind_limit_deg,
-        )
+    def _excess(self, figures: Quality | Mapping[str, Any]) -> float:
+        return excess_of(figures, self.options)
 
     def _figures(self) -> Quality:
         return quality(self.level.state(self.control), self.level.dense, self.kind)
@@ -287,36 +278,13 @@ class Run:
             }
         )
 
-    def _verdict(self, figures: Quality) -> tuple[str, str]:
-        if self.interrupted:
-            return "interrupted", "stopped by the listener"
-        within = self._excess(figures) <= 1.0
-        why = ""
-        far = figures.deviation_over_sag > WORTH_A_REASON and figures.deviation > NEAR_ENOUGH
-        if not within or far:
-            method = self.start.info.get("start", {}).get("method", "")
-            why = obstacle(self.level.state(self.control), self.held, figures, method)
-        if within:
-            words = ["within the limits of twist and kind; nothing more is gained"]
-        else:
-            words = [
-                f"strip {figures.twist_strip} twists by {figures.twist_deg:.4f} degrees at u = "
-                f"{figures.twist_u:.2f} (limit {self.options.twist_limit_deg:.4g}), the defect of "
-                f"its kind is {figures.kind_deg:.4f} degrees (limit "
-                f"{self.options.kind_limit_deg:.4g}); a larger weight of developability no longer "
-                "helps",
-                f"of the surface as a whole: {hindrance(self.reference.surface)}",
-            ]
-        return "converged" if within else "limited", "; ".join([*words, *([why] if why else [])])
-
     def _result(self) -> FitResult:
-        figures = self._figures()
-        status, reason = self._verdict(figures)
-        state, finest = self.level.state(self.control), dense_sites(self.level.net, FINEST)
-        fold = find_fold(state, self.level.coarse, finest)
-        if fold is not None:
-            status = "interrupted" if self.interrupted else "limited"
-            reason = f"{fold}; {reason}"
+        figures, state = self._figures(), self.level.state(self.control)
+        begun = self.start.info.get("start", {})
+        tried = begun.get("tried", [begun.get("method", "")])
+        status, reason = verdict(
+            state, self.level, figures, self.options, tried, interrupted=self.interrupted
+        )
         left = {
             "status": status,
             "reason": reason,
@@ -331,14 +299,8 @@ class Run:
         )
         statistics = {
             "unknowns": int(self.control.size),
-            "steps": sum(h["steps"] for h in self.history),
-            "factorisations": sum(h["factorisations"] for h in self.history),
             "seconds": time.process_time() - self.begin,
             "solver": self.level.solver,
-            "twist_max_deg": figures.twist_deg,
-            "kind_max_deg": figures.kind_deg,
-            "deviation_max": figures.deviation * self.length,
-            "deviation_rms": figures.deviation_rms * self.length,
-            "deviation_over_sag_limit": figures.deviation_over_sag,
+            **totals(self.history, figures, self.length),
         }
         return FitResult(model, status, reason, tuple(self.history), statistics)

@@ -121,8 +121,9 @@ def test_edges_along_asymptotic_directions_are_named_inside():
     net, length = Net.of(start), 1000.0
     state = State(net, np.array(start.control) / length, Reference(surface, length))
     figures = quality(state, dense_sites(net), "general")
-    words = obstacle(state, Held(), figures)
-    assert "principal" not in obstacle(state, Held(), figures, "principal")  # tried already
+    place = figures.twist_strip, figures.twist_u
+    words = obstacle(state, Held(), place)
+    assert "principal" not in obstacle(state, Held(), place, ["principal"])  # tried already
     assert words.startswith("strip ")
     assert "u = " in words
     assert "edges run along an asymptotic direction" in words

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from fabgeo.errors import InputError
@@ -59,15 +60,25 @@ def candidates_of(
             again = [(c.method, c.direction) for c in found if c.method == "iso"]
             less = {**options, "overhang": (-SHORT, -SHORT)}
             found += trials(made(again, less), surface, kind)
-        if direction is None and len(surface.loops) == 1 and not any(c.works for c in found):
+        if direction is None and len(surface.loops) == 1 and not any(c.promises for c in found):
             others = [plan for plan in FURTHER[kind] if plan not in plans]
-            found += trials(made(others, options), surface, kind)
+            best = min(c.score for c in found)
+            found += trials(made(others, options), surface, kind, best)
     found.sort(key=lambda c: (not c.holds, c.trial is None, c.score))
     if not found[0].holds:
         reasons = "; ".join(f"{c.name}: {c.problem}" for c in found)
         words = f"no start holds on it: {hindrance(surface)} ({reasons})"
         raise InputError(surface.name, words, _cure(surface))
-    return found
+    return [_with_tried(found[0], found), *found[1:]]
+
+
+def _with_tried(best: Candidate, found: list[Candidate]) -> Candidate:
+    """The candidate whose model tells what else was tried: a fit does not advise it again."""
+    assert best.model is not None  # or it would not hold
+    model = best.model
+    start = {**model.info["start"], "tried": sorted({c.method for c in found})}
+    told = model.with_control(model.control, info={**model.info, "start": start})
+    return replace(best, model=told)
 
 
 def _plans(surface: DesignSurface, direction: str | None, kind: Kind) -> list[tuple[str, str]]:

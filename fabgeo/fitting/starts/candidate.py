@@ -15,6 +15,8 @@ from fabgeo.strips.model import Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.trace_extension import Extended
 
+PROMISING = 10.0  # times the twist of a start that works, up to which no others are looked for
+COVERING = 0.8  # of a surface, from which on a start is said to cover it
 ALL_ROUND = 0.1  # of its length and width, by which a net for a conical model overhangs
 
 
@@ -49,17 +51,30 @@ class Candidate:
         return f"{self.method} {self.direction}".strip()
 
     @property
+    def promises(self) -> bool:
+        """Whether it covers the surface and a short fit made it nearly developable."""
+        near = self.trial is not None and self.trial <= PROMISING * UNTWISTED
+        return near and self.quality is not None and self.quality.coverage >= COVERING
+
+    @property
     def score(self) -> float:
         """The lower the better: degrees of twist, uncovered area and uneven widths in one number.
 
         A degree of twist weighs as much as 1 % of the surface uncovered or as widths 20 % over the
-        mean, one that a short fit left five times as much; a fold excludes.
+        mean, one that a short fit left ten times as much; a fold excludes.
         """
         q = self.quality
         if q is None or q.folds > 0.0:
             return float("inf")
-        twist = q.twist_rms if self.trial is None else 5.0 * self.trial
-        return twist + 100.0 * (1.0 - q.coverage) + 5.0 * (q.width_ratio - 1.0)
+        return self.at_best + (q.twist_rms if self.trial is None else 10.0 * self.trial)
+
+    @property
+    def at_best(self) -> float:
+        """The score that a fit without any twist would give it."""
+        q = self.quality
+        if q is None or q.folds > 0.0:
+            return float("inf")
+        return 100.0 * (1.0 - q.coverage) + 5.0 * (q.width_ratio - 1.0)
 
     def told(self) -> str:
         """Its figures, or what spoke against it."""
@@ -90,16 +105,21 @@ def tried(
     return Candidate(method, way, found, problem, model, tuple(notes))
 
 
-def trials(candidates: list[Candidate], surface: DesignSurface, kind: Kind) -> list[Candidate]:
-    """The candidates from the best on, with short fits of them until one works."""
+def trials(
+    candidates: list[Candidate], surface: DesignSurface, kind: Kind, beat: float = float("inf")
+) -> list[Candidate]:
+    """The candidates from the best on, with short fits of them until one works.
+
+    Those that could not score below `beat`, nor below the best found, are not fitted.
+    """
     done: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda c: c.score):
         model = candidate.model
-        if model is None or not candidate.holds or any(c.works for c in done):
-            done.append(candidate)
-        else:
+        if model is not None and candidate.at_best < beat and not any(c.works for c in done):
             twist, problem = trial_twist(model, reference_of(model, surface), kind)
-            done.append(replace(candidate, trial=twist, problem=problem))
+            candidate = replace(candidate, trial=twist, problem=problem)
+            beat = min(beat, candidate.score)
+        done.append(candidate)
     return done
 
 
