@@ -101,6 +101,10 @@ def stocks_of(project: Project, plates: Sequence[Plate]) -> list[Stock]:
     return out
 
 
+_SEGMENTS = "cut shorter segments by beams.cuts or limits.transport_mm"
+_SMALLER = dict.fromkeys(("web", "flange_inner", "flange_outer"), _SEGMENTS)
+
+
 def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, FlatPart]) -> None:
     """Refuse a part that is larger than every sheet of its stock, before anything is written.
 
@@ -113,6 +117,7 @@ def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, 
     if asked is None:
         return
     stocks = stocks_of(project, plates)
+    roles = {plate.mark: plate.role for plate in plates}
     for part in sorted(flats.values(), key=lambda part: -part.area):
         own = [s for s in stocks if (s.material, s.thickness) == (part.material, part.thickness)]
         length, width = np.ptp(np.concatenate([e.points for e in part.outline]), axis=0).tolist()
@@ -124,7 +129,9 @@ def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, 
                 f"is {length:.0f} x {width:.0f} mm flat, larger than every sheet of "
                 f"{part.material} {part.thickness:g} mm (largest {largest.length:g} x "
                 f"{largest.width:g} mm, margin {asked.margin:g})",
-                "cut shorter or narrower panels, or add a larger [[stock]]",
+                _SMALLER.get(roles[part.mark], "cut shorter or narrower panels")
+                + ("" if asked.split else ", set nesting.split = true")
+                + ", or add a larger [[stock]]",
             )
 
 
