@@ -101,10 +101,6 @@ def stocks_of(project: Project, plates: Sequence[Plate]) -> list[Stock]:
     return out
 
 
-_SEGMENTS = "cut shorter segments by beams.cuts or limits.transport_mm"
-_SMALLER = dict.fromkeys(("web", "flange_inner", "flange_outer"), _SEGMENTS)
-
-
 def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, FlatPart]) -> None:
     """Refuse a part that is larger than every sheet of its stock, before anything is written.
 
@@ -124,12 +120,16 @@ def refuse_oversize(project: Project, plates: Sequence[Plate], flats: dict[str, 
         rooms = [(s.length - 2 * asked.margin, s.width - 2 * asked.margin) for s in own]
         if not any(_holds(room, (length, width)) for room in rooms):
             largest = max(own, key=lambda s: s.length * s.width)
+            if roles[part.mark] in ("web", "flange_inner", "flange_outer"):
+                cure = "cut shorter segments by beams.cuts or limits.transport_mm"
+            else:
+                cure = "cut shorter or narrower panels"
             raise InputError(
                 part.mark,
                 f"is {length:.0f} x {width:.0f} mm flat, larger than every sheet of "
                 f"{part.material} {part.thickness:g} mm (largest {largest.length:g} x "
                 f"{largest.width:g} mm, margin {asked.margin:g})",
-                _SMALLER.get(roles[part.mark], "cut shorter or narrower panels")
+                cure
                 + ("" if asked.split else ", set nesting.split = true")
                 + ", or add a larger [[stock]]",
             )
