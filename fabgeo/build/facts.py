@@ -11,7 +11,7 @@ batch
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -83,16 +83,16 @@ def facts_of(
     flats: Mapping[str, FlatPart],
     jobs: int | None = None,
     cache: Cache | None = None,
-) -> dict[str, Facts]:
-    """Facts of all plates, cells and beams by mark."""
+) -> Iterator[tuple[str, Facts]]:
+    """Marks and facts of all plates, cells and beams; other processes begin at once."""
     parts = [(p, flats.get(p.mark)) for p in (*design.plates, *design.cells, *design.beams)]
     batches = [parts[k : k + BATCH] for k in range(0, len(parts), BATCH)]
     found = results(_FACTS, batches, jobs, cache)
-    return {
-        part.mark: Facts(**{**own, "box": Box(*own["box"])})
+    return (
+        (part.mark, Facts(**{**own, "box": Box(*own["box"])}))
         for batch, facts in zip(batches, found, strict=True)
         for (part, _), own in zip(batch, facts, strict=True)
-    }
+    )
 
 
 def _all_measured(batch: Sequence[_Part]) -> list[dict[str, Any]]:

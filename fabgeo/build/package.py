@@ -8,7 +8,6 @@ import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ from fabgeo.build.cache import Cache
 from fabgeo.build.drawn import write_flats
 from fabgeo.build.folder import Folder
 from fabgeo.build.geometry import Design
+from fabgeo.build.identity import identity
 from fabgeo.build.models import write_models
 from fabgeo.build.parallel import Work, results
 from fabgeo.build.places import places
@@ -160,8 +160,7 @@ def write_package(
         failed = [limit.key for limit, value in found if verdict_of(limit, value) == "fail"]
         record = replace(record, where=places(design, failed))
     with clock.stage("review"):
-        write_schedules(staged, record)
-        _write_pages(folder, record, project, jobs, cache)
+        _write_papers(folder, record, project, jobs, cache)
         review = write_review(folder.place("checks/review.json"), record)
     write_manifest(
         staged,
@@ -176,23 +175,36 @@ def write_package(
     return Package(folder.path, design, flats, nests, built, review, record, clock.seconds)
 
 
-def _write_pages(
+def _write_papers(
     folder: Folder, record: ReviewRecord, project: Project, jobs: int | None, cache: Cache | None
 ) -> None:
+    """Schedules, page and drawings; other processes draw while this one writes the others."""
     from fabgeo.review.page import write_page
 
+    drawn = _drawn(record, jobs, cache) if project.drawings and record.panels else None
+    write_schedules(folder.staged, record)
     write_page(folder.place("index.html"), record)
     if project.ifc:
         from fabgeo.review.ifc import write_ifc
 
         write_ifc(folder.place("model/facade.ifc"), record)
-    if project.drawings and record.panels:
-        from fabgeo.review.drawings import DrawnFrom, drawn_page, pages_of, write_panel_drawings
+    if drawn is not None:
+        from fabgeo.review.drawings import write_panel_drawings
 
-        plain = attrgetter("plain")
-        work = Work[DrawnFrom, tuple[str, ...]]("page", drawn_page, plain, lambda *_: ())
-        drawn = results(work, pages_of(record), jobs, cache)
         write_panel_drawings(folder.place("drawings/panels.pdf"), record, drawn)
+
+
+def _drawn(
+    record: ReviewRecord, jobs: int | None, cache: Cache | None
+) -> Iterator[tuple[str, ...]]:
+    """Pages of the drawings."""
+    from fabgeo.review.drawings import DrawnFrom, drawn_page, pages_of
+
+    def depends(page: DrawnFrom) -> Any:
+        return page.plain, [identity(record.flats[part.mark]) for part in page.parts]
+
+    work = Work[DrawnFrom, tuple[str, ...]]("page", drawn_page, depends, lambda *_: ())
+    return results(work, pages_of(record), jobs, cache)
 
 
 def not_asked(project: Project) -> tuple[str, ...]:

@@ -61,20 +61,27 @@ class Work[P, R]:
 def results[P, R](
     work: Work[P, R], parts: Sequence[P], jobs: int | None = None, cache: Cache | None = None
 ) -> Iterator[R]:
-    """Results of all parts, in their order; each is kept as soon as it is there."""
+    """Results of all parts, in their order; each is kept in the cache when it is taken.
+
+    Other processes begin at once: this one can do something else before it takes the results.
+    """
     store = cache or Cache()
     keys = [store.key(work.kind, work.depends(part)) for part in parts]
     found = [store.get(work.kind, key) for key in keys]
-    missing = [k for k, value in enumerate(found) if value is None]
-    made = _survived(work, [parts[k] for k in missing], jobs, store.folder is not None)
-    for value, key in zip(found, keys, strict=True):
-        if value is not None:
-            yield value
-            continue
-        result, packed = next(made)
-        if packed is not None:
-            store.put_packed(work.kind, key, packed)
-        yield result
+    missing = [part for part, value in zip(parts, found, strict=True) if value is None]
+    kept = store.folder is not None
+    made = _survived(work, missing, jobs, kept, _run(work.function, missing, jobs, kept))
+    return (
+        _kept(store, work.kind, key, *next(made)) if value is None else value
+        for value, key in zip(found, keys, strict=True)
+    )
+
+
+def _kept[R](store: Cache, kind: str, key: str, result: R, packed: bytes | None) -> R:
+    """A result, kept if it is the part's own."""
+    if packed is not None:
+        store.put_packed(kind, key, packed)
+    return result
 
 
 def keep[P, R](work: Work[P, R], parts: Sequence[P], cache: Cache) -> None:
@@ -84,7 +91,12 @@ def keep[P, R](work: Work[P, R], parts: Sequence[P], cache: Cache) -> None:
 
 
 def _survived[P, R](
-    work: Work[P, R], parts: Sequence[P], jobs: int | None, kept: bool, attempt: int = 1
+    work: Work[P, R],
+    parts: Sequence[P],
+    jobs: int | None,
+    kept: bool,
+    running: Iterator[tuple[bytes, bytes]],
+    attempt: int = 1,
 ) -> Iterator[tuple[R, bytes | None]]:
     """Results in order with their bytes for the cache, None for those of a crash.
 
@@ -92,7 +104,7 @@ def _survived[P, R](
     """
     done = 0
     try:
-        for result, packed in _run(work.function, parts, jobs, kept):
+        for result, packed in running:
             done += 1
             yield pickle.loads(result), packed
     except Exception as error:
@@ -101,19 +113,19 @@ def _survived[P, R](
     else:
         return
     rest = parts[done:]
-    if len(rest) > 1:
-        half = len(rest) // 2
-        yield from _survived(work, rest[:half], jobs, kept)
-        yield from _survived(work, rest[half:], jobs, kept)
-    elif attempt < ATTEMPTS:
-        yield from _survived(work, rest, jobs, kept, attempt + 1)
-    else:
+    if len(rest) == 1 and attempt == ATTEMPTS:
         yield work.crashed(rest[0], CRASHED), None
+        return
+    half, attempt = (len(rest) // 2, 1) if len(rest) > 1 else (0, attempt + 1)
+    for some in filter(None, (rest[:half], rest[half:])):
+        running = _run(work.function, some, jobs, kept)
+        yield from _survived(work, some, jobs, kept, running, attempt)
 
 
 def _run[P, R](
     function: Callable[[P], R], parts: Sequence[P], jobs: int | None, kept: bool
 ) -> Iterator[tuple[bytes, bytes]]:
+    """Bytes of results and what the cache keeps of them; other processes begin at once."""
     batch: Any = max(1, min(BATCH, len(parts) // 4))  # joblib tells its type by its default
     parallel = Parallel(
         n_jobs=jobs,

@@ -50,12 +50,13 @@ def record_of(
 ) -> ReviewRecord:
     """Everything that the review shows and judges; what is of one part is measured by `jobs`."""
     store = cache or Cache()
+    measured = facts_of(design, flats, jobs, store)
     model, deviations, seen = store.once("deviations", _compared(design), lambda: _compare(design))
-    facts = facts_of(design, flats, jobs, store)
+    products = product_facts(design, store)
+    facts = dict(measured)
     figures = part_figures(design, flats, built, deviations, facts)
     places = places_of(nests)
     project = design.project
-    products = product_facts(design, store)
     masses = {key: product.mass for key, product in products.items()}
     return ReviewRecord(
         name=project.name,

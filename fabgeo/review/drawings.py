@@ -82,9 +82,9 @@ class DrawnFrom:
 
     @property
     def plain(self) -> tuple[Any, ...]:
-        """All of it as plain data."""
+        """All of it but its parts as plain data."""
         shown = tuple((part.mark, part.rails, part.normal) for part in self.shown)
-        given = (self.project, self.number, dict(self.row), self.parts, self.letters, self.window)
+        given = (self.project, self.number, dict(self.row), self.letters, self.window)
         return (*given, tuple(dict(row) for row in self.plates), shown)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -236,5 +237,6 @@ _HALF = "%.2f %.2f {} " + 2 * ("%.2f %.2f " * 3 + "c ")
 _SLOT = _HALF.format("m") + _HALF.format("l") + "h S"
 
 
+@lru_cache(maxsize=256)
 def _colour(colour: tuple[float, float, float]) -> str:
     return " ".join(f"{share:.4g}" for share in colour)

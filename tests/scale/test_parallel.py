@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,16 @@ def work(function: Callable[..., Any]) -> Work[Any, Any]:
 def test_two_processes_give_what_one_gives() -> None:
     assert list(results(work(scale_work.squared), NUMBERS)) == SQUARES
     assert list(results(work(scale_work.squared), NUMBERS, 2)) == SQUARES
+
+
+def test_other_processes_begin_before_anybody_takes_a_result(tmp_path: Path) -> None:
+    flags = [str(tmp_path / f"{n}") for n in range(4)]
+    found = results(work(scale_work.flagged), flags, 2)
+    end = time.monotonic() + 60.0
+    while not (tmp_path / "0").exists() and time.monotonic() < end:
+        time.sleep(0.01)
+    assert (tmp_path / "0").exists()
+    assert list(found) == flags
 
 
 def test_a_part_that_kills_its_process_is_reported_and_the_others_made(tmp_path: Path) -> None:
