@@ -244,9 +244,10 @@ def _box_row(box: Box, project: Project) -> Row:
 
 
 def _joined(row: Row, more: Row) -> Row:
-    """Both rows in one, with the worse verdict and the reasons for it."""
-    worse = max((r.get("verdict", "not asked") for r in (row, more)), key=ORDER.index)
-    reasons = [r["reason"] for r in (row, more) if r.get("reason")]
+    """Both rows in one, with the worse verdict and all reasons, those for it first."""
+    both = sorted((row, more), key=lambda r: -ORDER.index(r.get("verdict", "not asked")))
+    worse = both[0].get("verdict", "not asked")
+    reasons = [r["reason"] for r in both if r.get("reason")]
     return {**row, **more, "verdict": worse, "reason": "; ".join(reasons)}
 
 

@@ -212,9 +212,9 @@ def _why(possible: BoolArray, cost: Array, kind: int) -> str:
     held = [CLASSES[k] for k in cheaper if possible[k]]
     parts = []
     if off:
-        parts.append(f"{', '.join(off)}: beyond the deviation tolerance")
+        parts.append(f"not {' or '.join(off)}: beyond the deviation tolerance")
     if held:
-        parts.append(f"{', '.join(held)}: gap, kink or flange at the joints")
+        parts.append(f"not {' or '.join(held)}: gap, kink or flange at the joints")
     return "; ".join(parts)
 
 
