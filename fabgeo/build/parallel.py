@@ -71,17 +71,26 @@ def results[P, R](
     missing = [part for part, value in zip(parts, found, strict=True) if value is None]
     kept = store.folder is not None
     made = _survived(work, missing, jobs, kept, _run(work.function, missing, jobs, kept))
-    return (
-        _kept(store, work.kind, key, *next(made)) if value is None else value
-        for value, key in zip(found, keys, strict=True)
-    )
+    return _in_order(store, work.kind, keys, found, made)
 
 
-def _kept[R](store: Cache, kind: str, key: str, result: R, packed: bytes | None) -> R:
-    """A result, kept if it is the part's own."""
-    if packed is not None:
-        store.put_packed(kind, key, packed)
-    return result
+def _in_order[R](
+    store: Cache,
+    kind: str,
+    keys: Sequence[str],
+    found: Sequence[R | None],
+    made: Iterator[tuple[R, bytes | None]],
+) -> Iterator[R]:
+    """What was found and what is made, each in its place."""
+    for value, key in zip(found, keys, strict=True):
+        if value is not None:
+            yield value
+            continue
+        result, packed = next(made)
+        if packed is not None:
+            store.put_packed(kind, key, packed)
+        yield result
+    next(made, None)  # to its very end: joblib stops its processes where it is left before
 
 
 def keep[P, R](work: Work[P, R], parts: Sequence[P], cache: Cache) -> None:
