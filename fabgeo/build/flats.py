@@ -12,6 +12,7 @@ import numpy as np
 from fabgeo.build.cache import Cache
 from fabgeo.build.identity import known_by, shape_of
 from fabgeo.build.parallel import Work, results
+from fabgeo.build.plain import digest
 from fabgeo.build.progress import Clock
 from fabgeo.errors import InputError, PartError
 from fabgeo.panels.flat import FlatPart
@@ -35,17 +36,14 @@ def flats_of(
     grain = project.nesting.rotations if project.nesting else "steps"
     kind, style = {"grain": "along"}.get(grain, grain), style_of(project)
     asked = (kind, style.outline, style.tolerance)
-    work = Work(
-        "flat",
-        partial(_unfolded, grain=kind, style=style),
-        lambda plate: (shape_of(plate), plate.shared, asked),
-        _crashed,
-    )
-    store, out = cache or Cache(), {}
-    made = clock.each(results(work, plates, jobs, store))
+    origins = {plate.mark: digest(shape_of(plate), plate.shared, asked) for plate in plates}
+    unfolded = partial(_unfolded, grain=kind, style=style)
+    work = Work[Plate, FlatPart]("flat", unfolded, lambda plate: origins[plate.mark], _crashed)
+    out = {}
+    made = clock.each(results(work, plates, jobs, cache))
     for plate, flat in zip(plates, made, strict=True):
         out[plate.mark] = replace(flat, material=plate.material)  # a shape keeps its flat part
-        known_by(out[plate.mark], store.key(work.kind, work.depends(plate)), plate.material)
+        known_by(out[plate.mark], origins[plate.mark], plate.material)
     return out
 
 

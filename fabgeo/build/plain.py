@@ -6,6 +6,9 @@ noun
     One of the frozen dataclasses of `NOUNS`; nothing else is ever made from stored bytes.
 blob
     The raw bytes of an array, or bytes as such, behind the JSON text.
+table
+    A tuple of equal nouns field by field, arrays of equal shape as one: a flat part has dozens of
+    bend lines of two points each.
 """
 
 from __future__ import annotations
@@ -38,6 +41,7 @@ _CLASSES = (
 NOUNS: dict[str, type[Any]] = {cls.__name__: cls for cls in _CLASSES}
 HEAD = 8  # bytes of the length of the JSON text
 ALIGNED = 8  # bytes that arrays begin at a multiple of
+FEW = 3  # nouns that are no table yet
 
 
 def pack(value: Any) -> bytes:
@@ -95,13 +99,32 @@ def _plain(value: Any, blobs: bytearray) -> Any:
     if isinstance(value, list):
         return [_plain(item, blobs) for item in value]
     if isinstance(value, tuple):
-        return {"@tuple": [_plain(item, blobs) for item in value]}
+        table = _table(value, blobs) if len(value) > FEW else None
+        return table or {"@tuple": [_plain(item, blobs) for item in value]}
     if isinstance(value, Mapping):
         return {"@map": [[_plain(k, blobs), _plain(v, blobs)] for k, v in value.items()]}
-    if is_dataclass(value) and NOUNS.get(type(value).__name__) is type(value):
+    if is_dataclass(value) and _is_noun(type(value)):
         kept = {f.name: _plain(getattr(value, f.name), blobs) for f in fields(value) if f.init}
         return {"@": type(value).__name__, **kept}
     raise InputError(type(value).__name__, "is not stored: expected one of fabgeo's plain nouns")
+
+
+def _table(nouns: tuple[Any, ...], blobs: bytearray) -> dict[str, Any] | None:
+    """Equal nouns field by field; None where they are not equal, or no nouns."""
+    cls = type(nouns[0])
+    if not _is_noun(cls) or any(type(noun) is not cls for noun in nouns):
+        return None
+    columns = {}
+    for name in (f.name for f in fields(cls) if f.init):
+        column = [getattr(noun, name) for noun in nouns]
+        kinds = {(x.dtype, x.shape) if isinstance(x, np.ndarray) else None for x in column}
+        equal = len(kinds) == 1 and None not in kinds
+        columns[name] = _plain(np.array(column) if equal else column, blobs)
+    return {"@table": cls.__name__, **columns}
+
+
+def _is_noun(cls: type[Any]) -> bool:
+    return NOUNS.get(cls.__name__) is cls
 
 
 def _store(data: bytes, blobs: bytearray) -> list[int]:
@@ -142,5 +165,10 @@ def _noun(tree: Any, blobs: memoryview, make: _Make) -> Any:
         return tuple([_noun(item, blobs, make) for item in tree["@tuple"]])
     if "@map" in tree:
         return {_noun(key, blobs, make): _noun(item, blobs, make) for key, item in tree["@map"]}
+    if "@table" in tree:
+        cls = NOUNS[tree["@table"]]
+        columns = {key: _noun(item, blobs, make) for key, item in tree.items() if key != "@table"}
+        rows = zip(*columns.values(), strict=True)
+        return tuple([make(cls, dict(zip(columns, row, strict=True))) for row in rows])
     given = {name: _noun(item, blobs, make) for name, item in tree.items() if name != "@"}
     return make(NOUNS[tree["@"]], given)

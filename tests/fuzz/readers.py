@@ -190,8 +190,10 @@ def _parts() -> list[bytes]:
 
 def _entries() -> list[bytes]:
     from fabgeo.build.plain import pack
+    from fabgeo.panels.flat import BendLine
 
-    return [pack({"a": (np.arange(6.0), [1, None, "x"]), "b": b"bytes"})]
+    bends = tuple(BendLine(k * np.ones(2), np.arange(2.0), 9.0) for k in range(4))
+    return [pack({"a": (np.arange(6.0), [1, None, "x"]), "b": b"bytes"}), pack(bends)]
 
 
 def _archives() -> list[bytes]:

@@ -56,6 +56,17 @@ def test_nouns_come_back_to_the_last_digit() -> None:
         array[0] = 0.0
 
 
+def test_equal_nouns_are_kept_field_by_field_and_mixed_ones_one_by_one() -> None:
+    x, z = np.eye(3)[[0, 2]]
+    holes = tuple(Hole(k * np.ones(3), z, 9.0 + k, 4.0, x) for k in range(5))
+    short = RuledPatch(KNOTS, POLES)
+    longer = RuledPatch(np.insert(KNOTS, 4, 0.5), np.arange(30.0).reshape(2, 5, 3))
+    value = {"equal": holes, "unequal": (short, short, short, longer), "mixed": (*holes, plate())}
+    assert same(unpack(pack(value)), value)
+    assert same(unpack(pack(value), known=True), value)
+    assert len(pack(holes)) < 0.6 * sum(len(pack(hole)) for hole in holes)
+
+
 def test_a_digest_depends_on_every_part_of_its_inputs() -> None:
     moved = POLES.copy()
     moved[1, 2, 0] = np.nextafter(moved[1, 2, 0], 1e9)
