@@ -203,7 +203,7 @@ def _drawn(
     def depends(page: DrawnFrom) -> Any:
         return page.plain, [identity(record.flats[part.mark]) for part in page.parts]
 
-    work = Work[DrawnFrom, tuple[str, ...]]("page", drawn_page, depends, lambda *_: ())
+    work = Work[DrawnFrom, tuple[str, ...]]("page", drawn_page, depends, lambda *_: (), light=True)
     return results(work, pages_of(record), jobs, cache)
 
 

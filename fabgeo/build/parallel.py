@@ -29,6 +29,7 @@ from fabgeo.build.plain import pack
 
 BATCH = 8  # parts that are sent to a worker together
 AHEAD = 3  # batches a worker that wait or are worked on: none stands still while this one reads
+FEW = 8  # parts of light work that this process does itself
 ATTEMPTS = 2  # of one part alone, before it is the part's own fault
 CRASHED = "the process that worked on it died, again when it was alone"
 
@@ -50,12 +51,15 @@ class Work[P, R]:
         The plain data of a part that its result depends on.
     crashed : callable
         Part and reason to the result of a part that kills its process.
+    light : bool
+        No part can kill its process: for a few of them no other processes are started.
     """
 
     kind: str
     function: Callable[[P], R]
     depends: Callable[[P], Any]
     crashed: Callable[[P, str], R]
+    light: bool = False
 
 
 def results[P, R](
@@ -70,6 +74,8 @@ def results[P, R](
     found = [store.get(work.kind, key) for key in keys]
     missing = [part for part, value in zip(parts, found, strict=True) if value is None]
     kept = store.folder is not None
+    if work.light and len(missing) <= FEW:
+        jobs = 1
     made = _survived(work, missing, jobs, kept, _run(work.function, missing, jobs, kept))
     return _in_order(store, work.kind, keys, found, made)
 

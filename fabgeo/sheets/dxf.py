@@ -26,6 +26,8 @@ from fabgeo.sheets.dxf_forms import Entities
 from fabgeo.sheets.preview import sheet_svg
 from fabgeo.sheets.stock import Nest, Placement, Sheet
 
+FEW = 8  # files that one process writes by itself: others take seconds to start
+
 
 def write_part(part: FlatPart | Drawn, path: Path, style: DxfStyle | None = None) -> Drawn:
     """Write one part's file and, where it is bent, its bend table ``<mark>.bends.csv`` beside."""
@@ -90,7 +92,7 @@ def write_nests(
         delayed(_sheet_written)(pickle.dumps((sheet, on_it)), path, style)
         for (sheet, path), on_it in zip(wanted, own, strict=True)
     )
-    Parallel(n_jobs=jobs, batch_size="auto")(work)
+    Parallel(n_jobs=jobs if len(wanted) > FEW else 1, batch_size="auto")(work)
     return [path for _, path in wanted]
 
 
@@ -108,7 +110,7 @@ def write_parts(
         delayed(_part_written)(pickle.dumps(part), folder / f"{part.mark}.dxf", style)
         for part in parts
     )
-    found = Parallel(n_jobs=jobs, batch_size="auto")(work)
+    found = Parallel(n_jobs=jobs if len(parts) > FEW else 1, batch_size="auto")(work)
     made: list[Drawn] = [pickle.loads(item) for item in found if item is not None]
     return {item.mark: item for item in made}
 
