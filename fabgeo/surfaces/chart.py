@@ -100,6 +100,15 @@ def inside(chart: Chart, u: Array, v: Array) -> tuple[Array, Array]:
     return brought[0], brought[1]
 
 
+def at_sides(chart: Chart, u: Array, v: Array) -> BoolArray:
+    """Whether parameters lie on a side of the domain that is not periodic."""
+    found = np.zeros(len(u), dtype=bool)
+    for value, (low, high), closed in zip((u, v), chart.domain, chart.closed, strict=True):
+        if not closed:
+            found |= (value <= low) | (value >= high)
+    return found
+
+
 def foot_points(
     chart: Chart, x: Array, u: Array, v: Array, steps: int = 40, tolerance: float = 1e-11
 ) -> tuple[Array, Array, Derivatives]:

@@ -18,7 +18,15 @@ from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
 from fabgeo.errors import InputError
 from fabgeo.surfaces.base import SurfacePoints
 from fabgeo.surfaces.border import Border
-from fabgeo.surfaces.chart import Chart, Derivatives, foot_points, inside, normals, shape_tensors
+from fabgeo.surfaces.chart import (
+    Chart,
+    Derivatives,
+    at_sides,
+    foot_points,
+    inside,
+    normals,
+    shape_tensors,
+)
 from fabgeo.surfaces.sampling import Cells, Starts, area_scale, evenly, samples_of
 from fabgeo.surfaces.trims import Trim, box_trim, checked_closed
 from fabgeo.surfaces.units import Unit
@@ -210,6 +218,7 @@ class ParametricSurface:
             valid = np.ones(len(rows), dtype=bool)
             if trim is not None:
                 valid = trim.contains(trim.local(chart, np.stack([fu, fv], axis=1)))
+                valid &= ~at_sides(chart, fu, fv)  # these are the border's: see _snap_to_border
             better = valid & (distance < best[rows])
             to = rows[better]
             best[to], face[to], u[to], v[to] = distance[better], i, fu[better], fv[better]
@@ -231,7 +240,8 @@ class ParametricSurface:
     ) -> None:
         """Take the nearest border point where it is nearer than any foot point inside."""
         owner, uv, distance, free = self.border.nearest(x)
-        # A foot point on the very border may count as inside: it is the border's all the same.
+        # A foot point on the very border may count as inside: it is the border's all the same. (Of
+        # those on a side of the chart this can't be told from distances: the border is a polygon.)
         rows = np.flatnonzero(distance**2 <= best + (1e-7 * self.size) ** 2)
         if not len(rows):
             return

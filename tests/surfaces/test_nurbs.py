@@ -125,6 +125,22 @@ def test_a_hole_is_kept_out():
     assert surface.area == pytest.approx(100.0 - 9.0 * np.pi, rel=0.02)
 
 
+def test_what_lies_beyond_a_trim_along_the_charts_own_side_is_beside_it():
+    """A bent face that is trimmed to one half: three of its trim's sides are curved chart sides."""
+    x, y = np.meshgrid([0.0, 5.0, 10.0], [0.0, 5.0, 10.0], indexing="ij")
+    z = np.array([[0.0, 3.0, 0.0], [3.0, 6.0, 3.0], [0.0, 3.0, 0.0]])
+    knots = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
+    half = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.0, 0.5]])
+    poles = np.stack([x, y, z], axis=2)
+    surface = NurbsSurface([NurbsFace(poles, None, knots, knots, 2, 2, (half,))])
+    t = np.linspace(0.05, 0.95, 300)
+    edge = surface.evaluate(t, 0.0 * t).point
+    at = surface.closest(edge - np.array([0.0, 0.3, 0.0]))
+    assert at.on_boundary.all()
+    assert np.linalg.norm(at.point - edge, axis=1).max() < 0.3
+    assert not surface.closest(edge - np.array([0.0, -0.3, -0.1])).on_boundary.any()
+
+
 def cube_faces(turned: bool) -> list[NurbsFace]:
     """Six sides of a cube of edge 2, every other one with its normal inside if `turned`."""
     x, y, z, o = [2, 0, 0], [0, 2, 0], [0, 0, 2], [0, 0, 0]
