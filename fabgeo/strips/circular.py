@@ -107,7 +107,8 @@ def to_circular(model: StripModel, tolerance: float = 1e-3) -> StripModel:
 
     Its edges are no splines: they are interpolated on the model's knots, which are halved until
     the error is within the tolerance (in the model's unit; mm in a project), or a sixteenth of
-    what they were.
+    what they were. `info["converted"]` says which: the kind it came from, the error between the
+    knots, the tolerance, and whether it is within.
 
     Raises
     ------
@@ -136,6 +137,13 @@ def _interpolated(model: StripModel, made: Converted, kind: Kind, tolerance: flo
         found = StripModel(control, model.closed_u, model.closed_i, kind)
         between = (u[:-1] + u[1:]) / 2.0
         gap = found.points(between / step) - made.curves(between)
-        if np.linalg.norm(gap, axis=-1).max() <= tolerance or step <= FINEST:
-            return found
+        error = float(np.linalg.norm(gap, axis=-1).max())
+        if error <= tolerance or step <= FINEST:
+            told = {
+                "from": model.kind,
+                "error": error,
+                "tolerance": tolerance,
+                "within": error <= tolerance,
+            }
+            return found.with_control(control, info={"converted": told})
         step /= 2.0

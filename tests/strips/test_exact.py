@@ -122,6 +122,10 @@ def test_conversion_does_not_add_up_defects() -> None:
     assert defect is not None
     made = to_circular(near)
     assert measures.measure(made, per_segment=4).circularity.value < 1.2 * defect.value
+    told = made.info["converted"]
+    assert told["within"]
+    assert told["error"] <= told["tolerance"]
+    assert not to_circular(near, 1e-12).info["converted"]["within"]  # halving ends before
     again = to_conical(made)
     u = np.linspace(2.0, near.segments - 2.0, 41)
     gap = again.points(u * again.segments / near.segments) - near.points(u)[1:-1]
