@@ -3,7 +3,7 @@
 Every panel has a closest plane, cylinder or cone. Where the cheapest of them is not far off, the
 model is fitted once more with its distance from it as a further term, and the panels are chosen
 anew: what that buys is told. A model that leaves the design surface by more than ``strips.give``,
-or costs no less, is not taken.
+or costs no less, is not taken; what one farther off would buy is told, too.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from fabgeo.structures import panels as layers
 TURNS = 3  # fits, each towards the shapes of the panels before
 NEAR = 8.0  # class tolerances: shapes further off are not worth the way
 PULL = 3.0  # weight of the first fit, against 1 of the surface
-WEAKER = 0.2  # of it where the model left the surface too far
+WEAKER = 0.2  # of it where the model left the surface too far, or its panels cost no less
 
 
 @dataclass(frozen=True)
@@ -91,33 +91,43 @@ def given_way(
     clock = clock or Clock()
     best, before = fitted, _chosen(project, outwards(fitted.model), jobs)
     found, pull = before, PULL
+    farther: tuple[float, float] | None = None  # what a model too far off costs, and how far it is
     for _ in range(TURNS):
         clock.tell(f"strips towards shapes, panels cost {found.cost:g}")
-        options = options_of(project)
-        options = replace(
-            options,
-            towards=_shapes(project, outwards(best.model)),
-            weights=replace(options.weights, towards=pull),
-        )
         try:
-            start = outwards(best.model)
-            made = fit(initial.reference, start, project.strips.kind, options)
+            made = _towards(project, initial, outwards(best.model), pull)
             anew = _chosen(project, outwards(made.model), jobs)
         except GeometryError:
             break  # strips folded on the way
-        if made.statistics["deviation_max"] > asked or _worse(made, fitted):
+        off = float(made.statistics["deviation_max"])
+        if off > asked:
+            farther = min(farther or (np.inf, off), (anew.cost, off))
+        if off > asked or _worse(made, fitted) or anew.cost >= found.cost:
             pull *= WEAKER
-            continue
-        if anew.cost >= found.cost:
-            break
-        best, found = made, anew
+        else:
+            best, found = made, anew
     figures = {
         "give_panels_cost_before": before.cost,
         "give_panels_cost_after": found.cost,
         "give_deviation_before_mm": float(fitted.statistics["deviation_max"]),
         "give_deviation_after_mm": float(best.statistics["deviation_max"]),
     }
-    return best, _told(before, found, fitted, best, asked), figures
+    told = _told(before, found, fitted, best, asked)
+    if farther is not None and farther[0] < found.cost:
+        told += "; {:.2f} mm off the surface panels would cost {:g}".format(*reversed(farther))
+    return best, told, figures
+
+
+def _towards(project: Project, initial: Start, model: StripModel, pull: float) -> FitResult:
+    """The fit once more from where it began, drawn to the shapes of a model's panels.
+
+    From the model itself it would be anchored there: strips would drift from where they belong.
+    """
+    start = outwards(initial.model)  # counted as the model's edges are
+    options = options_of(project)
+    weights = replace(options.weights, towards=pull)
+    options = replace(options, towards=_shapes(project, model), weights=weights)
+    return fit(initial.reference, start, project.strips.kind, options)
 
 
 def _worse(made: FitResult, fitted: FitResult) -> bool:
@@ -130,8 +140,8 @@ def _told(
     least, most = (one.statistics["deviation_max"] for one in (fitted, best))
     if best is fitted:
         return (
-            f"give: the model within {asked:g} mm of the surface makes no panels cheaper than "
-            f"{before.cost:g}; it stays as fitted"
+            f"give: no model within {asked:g} mm of the surface was found whose panels cost less "
+            f"than {before.cost:g}; it stays as fitted"
         )
     return (
         f"give: panels cost {after.cost:g}, {before.cost:g} before the strips gave way "

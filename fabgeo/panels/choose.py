@@ -152,8 +152,8 @@ def choose(
         Threads that solve the strips' programmes; by default this one alone.
     thorough : bool
         Place two and three neighbouring strips at once however many panels there are, and until
-        nothing is gained; otherwise of no more than four hundred, and once of more than half
-        of that.
+        nothing is gained; otherwise of no more than 450, and once only of more than two
+        hundred.
 
     Raises
     ------

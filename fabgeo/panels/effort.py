@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 MANY = 1000  # panels beyond which one round of anything is all unless asked for
-SOME = 400  # panels up to which neighbouring strips are placed at once unless asked for
+SOME = 450  # panels up to which neighbouring strips are placed at once unless asked for
 FEW = 200  # panels up to which that is done again and again
 
 

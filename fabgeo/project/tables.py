@@ -98,7 +98,7 @@ class Panels(Table):
     a simpler shape may move the ends of panels along the strip, mm; absent: the joint's width over
     walls, else 30. `radii` are those that cylinders may have, or how many different ones at most,
     `radii_step` what they are multiples of. `choice`: panel by panel, all together, or thoroughly:
-    with neighbouring strips placed at once, which takes several times as long.
+    with neighbouring strips placed at once however many panels there are, which takes longer.
     """
 
     length: Positive | None = None

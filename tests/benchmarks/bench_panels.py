@@ -1,6 +1,6 @@
 """Seconds to classify and jointly choose 3,600 panels: ``python tests/benchmarks/bench_panels.py``.
 
-With the name of a fixture: what choosing its panels together saves at 3 mm and 1 degree, thoroughly
+With the name of a fixture: what choosing its panels together saves at 3 mm and 1 degree
 (``python tests/benchmarks/bench_panels.py great-court``).
 
 Sixty strips of sixty panels on a vault whose curvature varies along and across the strips, at
@@ -59,7 +59,7 @@ def main() -> None:
     panels = fixture(asked[0]) if asked else panels_of(vault(), 60)
     wall, cpu = time.perf_counter(), time.process_time()
     limits = Tolerances(deviation_mm=3.0, kink_deg=1.0)
-    found = choose(panels, limits, jobs=os.cpu_count(), thorough=bool(asked))
+    found = choose(panels, limits, jobs=os.cpu_count())
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     print(f"{len(panels)} panels: {wall:.1f} s, {cpu:.1f} s of processor time")
     print(f"cost {found.cost:g}, bound {found.bound:g}, floor {found.floor:g}")
