@@ -137,6 +137,16 @@ def test_principal_start_tells_of_umbilics():
     assert any("hardly defined" in n or "umbilic" in n for n in notes)
 
 
+@pytest.mark.slow
+def test_a_start_that_covers_a_part_says_what_keeps_it_from_the_rest():
+    # Principal lines of a monkey saddle turn about its flat umbilic.
+    monkey = FormulaSurface("u", "v", "(u**3 - 3*u*v**2)/60", (-5, 5), (-5, 5), scale=1e3)
+    found = start(monkey, kind="conical")
+    assert found.method == "principal"
+    assert "no more of it is covered since umbilic near" in found.why
+    assert set(found.model.info["start"]["tried"]) == {"iso", "principal"}
+
+
 def test_parallel_sections_meet_in_parallel_tangents():
     # An ellipse and its scaled, raised copies: similar sections correspond by their centre.
     w = np.linspace(0.0, 2.0 * np.pi, 181)

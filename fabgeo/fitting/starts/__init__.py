@@ -93,7 +93,7 @@ def start(
         raise InputError("start method", f"expected one of {', '.join(METHODS)}, found {method!r}")
     if method == "auto":
         found = candidates_of(surface, (strips, segments), direction, kind, options)
-        words = why(found)
+        words = why(found, surface)
     else:
         model, notes = called(method, surface, strips, segments, direction, seed, options)
         check_folds(model, surface, method)

@@ -8,7 +8,7 @@ from typing import Any
 
 from fabgeo.errors import InputError
 from fabgeo.fitting.hindrance import hindrance
-from fabgeo.fitting.starts.candidate import Candidate, trials, tried
+from fabgeo.fitting.starts.candidate import COVERING, Candidate, trials, tried
 from fabgeo.strips.model import Kind
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.creases import sharpest
@@ -103,10 +103,15 @@ def _cure(surface: DesignSurface) -> str:
     )
 
 
-def why(candidates: list[Candidate]) -> str:
-    """What the first of the candidates was chosen for, with the figures of all."""
+def why(candidates: list[Candidate], surface: DesignSurface) -> str:
+    """What the first was chosen for, with the figures of all, and why it covers no more."""
     best, *others = candidates
     words = f"{best.name}: {best.told()}"
     for other in others:
         words += f"; {other.name}: {other.told()}"
-    return f"chosen as the least twisted, most even and most covering of {len(candidates)}: {words}"
+    words = (
+        f"chosen as the least twisted, most even and most covering of {len(candidates)}: {words}"
+    )
+    if best.quality is not None and best.quality.coverage < COVERING:
+        words += f"; no more of it is covered since {hindrance(surface)}"
+    return words
