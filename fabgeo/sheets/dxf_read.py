@@ -168,13 +168,15 @@ def _vertices(entity: Any) -> Array:
 def _closed(path: Path, entity: Any, layer: str) -> Contour:
     closed = entity.closed if entity.dxftype() == "LWPOLYLINE" else entity.is_closed
     vertices = _vertices(entity)
-    if not closed:
+    if not closed and len(vertices) > 1:
         gap = float(np.linalg.norm(vertices[0, :2] - vertices[-1, :2]))
         raise InputError(
             path.name, f"open contour on layer {layer}: its ends are {gap:.3g} mm apart"
         )
-    contour = Contour(vertices)
-    polygon = shapely.Polygon(contour.points(0.01))
+    points = Contour(vertices).points(0.01) if len(vertices) > 1 else vertices
+    if len(points) < 3:
+        raise InputError(path.name, f"a contour on layer {layer} encloses nothing")
+    contour, polygon = Contour(vertices), shapely.Polygon(points)
     if not polygon.is_valid:
         why = shapely.is_valid_reason(polygon)
         raise InputError(path.name, f"a contour on layer {layer} crosses itself: {why}")

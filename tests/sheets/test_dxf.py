@@ -158,6 +158,7 @@ def broken(tmp_path: Path, change: str) -> Path:
     corners = [(0, 0), (100, 0), (100, 50), (0, 50)]
     if change == "crossing":
         corners = [(0, 0), (100, 50), (100, 0), (0, 50)]
+    corners = corners[: {"point": 1, "line": 2}.get(change, 4)]
     layer = "LASER" if change == "layer" else "CUT_OUTER"
     space.add_lwpolyline(corners, close=change != "open", dxfattribs={"layer": layer})
     if change != "mark":
@@ -174,6 +175,8 @@ def broken(tmp_path: Path, change: str) -> Path:
         ("unit", "expected millimetres"),
         ("open", "open contour"),
         ("crossing", "crosses itself"),
+        ("point", "encloses nothing"),
+        ("line", "encloses nothing"),
         ("layer", "unknown layer 'LASER'"),
         ("text", "live text"),
         ("mark", "holds 0 marks"),
