@@ -19,8 +19,8 @@ $(READY): pyproject.toml constraints.txt overrides.txt
 	  echo "Install one (for example: pyenv install 3.13) or name it: make PYTHON=python3.13 test"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
-	@$(BIN)/uv pip install --quiet --python $(BIN)/python --override overrides.txt \
-	  --constraint constraints.txt --editable ".[$(EXTRAS)]"
+	@$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python \
+	  --override overrides.txt --constraint constraints.txt --editable ".[$(EXTRAS)]"
 	@touch $@
 
 demo: $(READY)

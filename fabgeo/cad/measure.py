@@ -61,10 +61,17 @@ def is_closed(shape: TopoDS_Shape) -> bool:
     return bool(forward) and forward == backward and set(forward.values()) == {1}
 
 
-def volume(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> tuple[float, Array]:
-    """Volume in mm3 and centre of mass, by adaptive integration to a relative error."""
+def volume(shape: TopoDS_Shape, eps: float | None = VOLUME_EPS) -> tuple[float, Array]:
+    """Volume in mm3 and centre of mass, by adaptive integration to a relative error.
+
+    None: by Gauss points of a fixed number, off by up to 1e-6, in half the time on plates that
+    were read back (the kernel's own curves on their faces have many pieces).
+    """
     props = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, props, eps, False, False)
+    if eps is None:
+        BRepGProp.VolumeProperties_s(shape, props, False, False, False)
+    else:
+        BRepGProp.VolumeProperties_s(shape, props, eps, False, False)
     centre = props.CentreOfMass()
     return float(props.Mass()), np.array([centre.X(), centre.Y(), centre.Z()])
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabgeo.panels.candidates import measured, targets_of
-from fabgeo.panels.choose import choose
+from fabgeo.panels.choose import JointChoice, choose
 from fabgeo.panels.classify import distinct_radii
 from fabgeo.panels.fit_shape import fit, start
 from fabgeo.panels.forming import Sheet
@@ -73,30 +73,35 @@ def trade_off(
 ) -> Iterator[TradeOffRow]:
     """Joint choices at every pair of tolerances, one by one; other limits as in `tolerances`.
 
+    A choice within tighter limits stands where the search within wider ones finds none cheaper.
     `seconds` limits the programmes of each pair by the clock, and `thorough` places neighbouring
     strips together; `radii` and `radii_step` are those that cylinders may have: see
     `fabgeo.panels.choose.choose`.
     """
     base = tolerances or Tolerances()
+    made: list[tuple[float, float, JointChoice]] = []
     for deviation in deviations_mm:
         for kink in kinks_deg:
             limits = replace(base, deviation_mm=deviation, kink_deg=kink)
             found = choose(
                 panels, limits, costs, sheet, rounds, seconds, radii, radii_step, thorough=thorough
             )
-            count = len(found.panels)
-            shares = {c: sum(p.cls == c for p in found.panels) / count for c in CLASSES}
+            made.append((deviation, kink, found))
+            within = [own for d, k, own in made if d <= deviation and k <= kink]
+            best = min(within[::-1], key=lambda choice: choice.cost)
+            count = len(best.panels)
+            shares = {c: sum(p.cls == c for p in best.panels) / count for c in CLASSES}
             yield TradeOffRow(
                 deviation_mm=deviation,
                 kink_deg=kink,
                 **shares,
-                cost=found.cost,
+                cost=best.cost,
                 bound=found.bound,
                 floor=found.floor,
                 one_by_one=found.one_by_one,
-                radii=distinct_radii(found.panels),
-                gap_max_mm=max((p.gap_mm for p in found.panels), default=0.0),
-                kink_max_deg=max((p.kink_added_deg for p in found.panels), default=0.0),
+                radii=distinct_radii(best.panels),
+                gap_max_mm=max((p.gap_mm for p in best.panels), default=0.0),
+                kink_max_deg=max((p.kink_added_deg for p in best.panels), default=0.0),
             )
 
 

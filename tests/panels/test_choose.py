@@ -180,6 +180,7 @@ def test_wider_tolerances_cost_no_more(panels: list[PanelInput], tmp_path) -> No
     rows = list(trade_off(panels, (0.3, 3.0), (0.5, 3.0), rounds=1))
     cost = np.array([r.cost for r in rows]).reshape(2, 2)
     assert np.all(np.diff(cost, axis=0) <= 0.0)
+    assert np.all(np.diff(cost, axis=1) <= 0.0)
     assert np.all([r.floor <= r.cost <= r.one_by_one for r in rows])
     assert len(table(rows).splitlines()) == 6
     assert plot(rows, tmp_path / "tradeoff.png").stat().st_size > 5000
