@@ -14,6 +14,8 @@ content
 
 from __future__ import annotations
 
+import io
+import os
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -24,9 +26,8 @@ import numpy as np
 
 from fabgeo.arrays import Array
 from fabgeo.panels.flat import FlatPart
-from fabgeo.review.letters import Letters, canvas_of, letters_alike
 from fabgeo.review.page_flats import contour
-from fabgeo.review.paper import Box, Paper, fit
+from fabgeo.review.paper import Box, Paper, fit, fonts
 from fabgeo.review.paper_tables import Set, Table, draw_tables, flow
 from fabgeo.review.paper_views import Building, draw_building, draw_place, space_view
 from fabgeo.review.record import ReviewRecord, Row, Shown
@@ -105,14 +106,11 @@ def write_panel_drawings(
     """
     pages = pages_of(record)
     path.parent.mkdir(parents=True, exist_ok=True)
-    canvas = canvas_of(str(path), PAGE, _letters(record))
+    canvas = _canvas(str(path), _letters(record))
     canvas.setTitle(f"{record.name}: panels")
     canvas.setAuthor("fabgeo")
-    paper = Paper(Letters(canvas), PAGE)
+    paper = Paper(canvas, PAGE)
     draw_building(paper, PLACE, building_of(record))
-    canvas.beginForm("building")
-    canvas.addLiteral(paper.content())
-    canvas.endForm()
     for page, content in zip(pages, contents or map(drawn_page, pages), strict=True):
         mark = str(page.row["mark"])
         for number, words in enumerate(content or ("",)):
@@ -120,13 +118,12 @@ def write_panel_drawings(
                 canvas.bookmarkPage(mark)
                 canvas.addOutlineEntry(mark, mark, 0)
                 canvas.doForm("building")
+            canvas.addLiteral(words)
             if not words:
                 paper.text(60, 780, f"{mark} could not be drawn.", 12)
-            canvas.addLiteral(words or paper.content())
             canvas.showPage()
     if not pages:
         paper.text(60, 780, "No flat parts were asked for.", 12)
-        canvas.addLiteral(paper.content())
         canvas.showPage()
     canvas.save()
     return path
@@ -166,7 +163,7 @@ def building_of(record: ReviewRecord) -> Building:
 
 def drawn_page(page: DrawnFrom) -> tuple[str, ...]:
     """The contents of a page: the drawing, and further sheets of tables where it has many."""
-    paper = Paper(letters_alike(page.letters), PAGE)
+    paper = Paper(_canvas(io.BytesIO(), page.letters), PAGE)
     tables = list(_tables(page))
     found, rest = _set(tables, HIGHER if page.plates else STRIP)
     strip = max((s.y + 7.0 - SIDE.y for s in found if s.x < SIDE.x), default=0.0)
@@ -181,7 +178,8 @@ def drawn_page(page: DrawnFrom) -> tuple[str, ...]:
         draw_tables(paper, sheet)
         number = f"{page.number}, sheet {k + 1} of {len(sheets)}" if sheets[1:] else page.number
         _title(paper, page, scale, number)
-        contents.append(paper.content())
+        contents.append(paper.canvas.getCurrentPageContent())
+        paper.canvas.showPage()
     return tuple(contents)
 
 
@@ -271,3 +269,22 @@ def _letters(record: ReviewRecord) -> str:
     words = {v for rows in tables for row in rows for v in row.values() if isinstance(v, str)}
     every = "".join({*words, record.name, SIGNS})
     return "".join(sorted({letter for letter in every if ord(letter) > 126}))
+
+
+def _canvas(target: Any, letters: str) -> Any:
+    """A canvas that numbers its fonts and their letters as all others of the file do.
+
+    A form that is never shown uses them first, in one order.
+    """
+    from reportlab import rl_config
+    from reportlab.pdfgen.canvas import Canvas
+
+    rl_config.useA85 = 0  # streams as bytes: a fifth smaller and quicker than as letters
+    invariant = 0 if os.environ.get("SOURCE_DATE_EPOCH") else 1
+    canvas = Canvas(target, pagesize=PAGE, invariant=invariant, pageCompression=1)
+    canvas.beginForm("letters")
+    for font in fonts():
+        canvas.setFont(font, 8.0)
+        canvas.drawString(0, 0, letters)
+    canvas.endForm()
+    return canvas

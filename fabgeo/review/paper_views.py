@@ -57,12 +57,14 @@ class Building:
 
 
 def draw_building(paper: Paper, box: Box, building: Building) -> None:
-    """Draw the building."""
+    """Draw the building into the file as the form "building", which pages refer to."""
     move = _mapping(building.window, box)
+    paper.canvas.beginForm("building")
     paper.pen((0.55, 0.6, 0.65), 0.12)
     for polygon in building.polygons:
         grey = 0.93 * polygon.shade
         paper.polygon(move(polygon.points), (grey, grey, grey + 0.03))
+    paper.canvas.endForm()
 
 
 def draw_place(paper: Paper, box: Box, window: Array, parts: Sequence[Shown]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,8 @@ from fabgeo.review.paper_tables import Table
 from fabgeo.review.record import Row
 
 BENDS_SHOWN = 12
-LABEL = (12.0, 6.0)  # points around a hole's number in which no other is put
+LABEL = np.array([12.0, 6.0])  # points around a hole's number in which no other is put
 LATELY = 12  # numbers that one is kept apart from: holes are numbered along their rows
-
-type Move = Callable[[Array], Array]
-"""From points (..., 2) of a part to the page."""
 
 
 def draw_flat(
@@ -118,66 +115,80 @@ def shown_bends(part: FlatPart) -> list[tuple[int, BendLine]]:
     return [bent[k] for k in keep]
 
 
-def _bends(paper: Paper, part: FlatPart, move: Move, small: bool) -> None:
-    bent = [(k, bend) for k, bend in enumerate(part.bends) if math.isfinite(bend.radius)]
-    if not bent:
-        return
-    labelled = set() if small else {k for k, _ in shown_bends(part)}
-    ends = move(np.array([(bend.start, bend.end) for _, bend in bent]))
-    paper.pen((0.75, 0.5, 0.1), 0.35, (5, 2, 1, 2))
-    for (k, bend), (p, q) in zip(bent, ends, strict=True):
-        paper.line(p, q)
-        if k in labelled:
+def _bends(paper: Paper, part: FlatPart, move, small: bool) -> None:
+    labelled = {k for k, _ in shown_bends(part)}
+    for k, bend in enumerate(part.bends):
+        if not math.isfinite(bend.radius):
+            continue
+        paper.pen((0.75, 0.5, 0.1), 0.35, (5, 2, 1, 2))
+        p, q = move(bend.start), move(bend.end)
+        paper.canvas.line(*p, *q)
+        if k in labelled and not small:
             e = (q - p) / max(float(np.linalg.norm(q - p)), 1e-9)
             at = p + 0.16 * (q - p) + 3.2 * np.array([e[1], -e[0]])
-            angle = math.degrees(math.atan2(e[1], e[0]))
+            angle = float(np.degrees(np.arctan2(e[1], e[0])))
             paper.turned(float(at[0]), float(at[1]), f"R {abs(bend.radius):.0f}", angle, 5.2)
+    paper.canvas.setDash()
 
 
-def _holes(paper: Paper, part: FlatPart, move: Move, scale: float) -> None:
+def _holes(paper: Paper, part: FlatPart, move, scale: float) -> None:
     paper.pen(RED, 0.6)
-    told: list[tuple[float, float]] = []
+    told: list[Array] = []
     for number, hole in enumerate(part.holes, start=1):
-        x, y = move(hole.centre).tolist()
+        x, y = move(hole.centre)
         radius = max(hole.diameter / 2.0 * MM / scale, 0.8)
-        half = hole.slot / 2 * MM / scale
-        paper.slot(x, y, radius, (half * math.cos(hole.angle), half * math.sin(hole.angle)))
-        x, y = x + radius + 2, y + radius + 1
-        if all(abs(x - a) > LABEL[0] or abs(y - b) > LABEL[1] for a, b in told[-LATELY:]):
-            paper.text(x, y, number, 5.5, colour=RED)
-            told.append((x, y))
+        way = np.array([math.cos(hole.angle), math.sin(hole.angle)]) * hole.slot / 2 * MM / scale
+        if hole.slot > 0.0:
+            across = np.array([-way[1], way[0]]) / max(float(np.linalg.norm(way)), 1e-9) * radius
+            for sign in (1.0, -1.0):
+                a, b = (
+                    np.array([x, y]) - way + sign * across,
+                    np.array([x, y]) + way + sign * across,
+                )
+                paper.canvas.line(*a, *b)
+            turn = math.degrees(hole.angle)
+            for end, start in (
+                (np.array([x, y]) + way, turn - 90),
+                (np.array([x, y]) - way, turn + 90),
+            ):
+                box = (end[0] - radius, end[1] - radius, end[0] + radius, end[1] + radius)
+                paper.canvas.arc(*box, startAng=start, extent=180)
+        else:
+            paper.canvas.circle(x, y, radius)
+        at = np.array([x + radius + 2, y + radius + 1])
+        if all(np.any(np.abs(at - other) > LABEL) for other in told[-LATELY:]):
+            paper.text(at[0], at[1], number, 5.5, colour=RED)
+            told.append(at)
 
 
 def _origin(paper: Paper, at: Array) -> None:
     """Where x and y of the tables begin."""
     x, y = at.tolist()
     paper.pen(RED, 0.6)
-    paper.slot(x, y, 2.2)
-    paper.line((x - 4, y), (x + 4, y))
-    paper.line((x, y - 4), (x, y + 4))
+    paper.canvas.circle(x, y, 2.2)
+    paper.canvas.line(x - 4, y, x + 4, y)
+    paper.canvas.line(x, y - 4, x, y + 4)
     paper.text(x - 4, y + 3, "0", 5.5, "end", colour=RED)
 
 
 def _mark(paper: Paper, part: FlatPart, at: Array, small: bool) -> None:
     """The mark in the middle and the arrow that lies on the up-side along x."""
-    x, y = at.tolist()
     size = 8.0 if small else 13.0
-    half = paper.letters.width(part.mark, size, bold=True) / 2.0 + 3.0
-    corners = np.array([(-half, -3), (half, -3), (half, size - 1), (-half, size - 1)]) + at
-    paper.polygon(corners, (1.0, 1.0, 1.0), stroke=False)
-    paper.text(x, y, part.mark, size, "middle", bold=True, colour=BLUE)
+    wide = paper.canvas.stringWidth(part.mark, paper.bold, size)
+    paper.canvas.setFillColorRGB(1, 1, 1)
+    paper.canvas.rect(at[0] - wide / 2 - 3, at[1] - 3, wide + 6, size + 2, stroke=0, fill=1)
+    paper.text(at[0], at[1], part.mark, size, "middle", bold=True, colour=BLUE)
     if small:
         return
     paper.pen(BLUE, 1.0)
-    y -= 12
-    for start in ((x - 26, y), (x + 20, y + 3), (x + 20, y - 3)):
-        paper.line(start, (x + 26, y))
-    paper.text(x, y - 9, "up-side", 6.0, "middle", colour=BLUE)
+    y = at[1] - 12
+    paper.canvas.line(at[0] - 26, y, at[0] + 26, y)
+    paper.canvas.line(at[0] + 26, y, at[0] + 20, y + 3)
+    paper.canvas.line(at[0] + 26, y, at[0] + 20, y - 3)
+    paper.text(at[0], y - 9, "up-side", 6.0, "middle", colour=BLUE)
 
 
-def _dimensions(
-    paper: Paper, part: FlatPart, move: Move, low: Array, high: Array, small: bool
-) -> None:
+def _dimensions(paper: Paper, part: FlatPart, move, low: Array, high: Array, small: bool) -> None:
     """Overall size outside, edge lengths along the edges, diagonals between opposite corners."""
     corners = [edge.points[0] for edge in part.outline]
     if not small:
@@ -192,7 +203,8 @@ def _dimensions(
         for a, b in ((0, 2), (1, 3)):
             p, q = move(corners[a]), move(corners[b])
             paper.pen(GREY, 0.25, (2, 3))
-            paper.line(p, q)
+            paper.canvas.line(*p, *q)
+            paper.canvas.setDash()
             length = float(np.linalg.norm(corners[b] - corners[a]))
             at = p + 0.27 * (q - p)
             angle = float(np.degrees(np.arctan2(*(q - p)[::-1])))
