@@ -14,7 +14,7 @@ from fabgeo.review.check_work import each
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
-from fabgeo.review.solid_plate import solid_plate
+from fabgeo.review.solid_plate import VOLUME_EPS, solid_plate
 from fabgeo.review.step_faces import turned_faces
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _sound(part: ReadPart, measured: Measured, findings: Findings) -> bool:
         findings.add(part.name, "solid in the model", "closed", "open or turned faces")
     if _fixing(part) is not None:  # threads take long to integrate, and no row states them
         return len(findings.items) == before
-    volume, centre = measure.volume(part.shape, None)  # masses are judged to 5e-4
+    volume, centre = measure.volume(part.shape, VOLUME_EPS)
     if volume <= 0.0:
         findings.add(part.name, "volume", "positive", volume)
     measured.volumes[part.name] = volume

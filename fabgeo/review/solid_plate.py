@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fabgeo.cad.readback import EdgeSamples, ReadPart
 
 SAMPLES = 65
+VOLUME_EPS = 1e-3  # asked of the adaptive quadrature; on plates with holes it leaves under 1e-13
 
 
 @dataclass(frozen=True)
