@@ -25,7 +25,7 @@ from fabgeo.cad import kernel
 from fabgeo.cad.report import SolidReport
 
 VOLUME_EPS = 1e-10
-"""Relative error asked of the adaptive volume integral; fixed Gauss points are off by up to 1e-3."""
+"""Relative error asked of the adaptive volume integral; fixed Gauss points miss by up to 1e-3."""
 
 
 def check_solid(shape: TopoDS_Shape, eps: float = VOLUME_EPS) -> SolidReport:
