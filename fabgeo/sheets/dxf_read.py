@@ -144,6 +144,8 @@ def _sort(path: Path, entity: Any, layer: str, content: _Content, loose: list[An
         content.bends.append(np.stack(ends))
     elif layer == "MARK" and kind in ("LWPOLYLINE", "POLYLINE"):
         content.strokes.append(_vertices(entity)[:, :2])
+        if len(content.strokes[-1]) < 2:
+            raise InputError(path.name, f"a stroke on layer {layer} has no length")
     elif layer in ("CUT_OUTER", "CUT_INNER", "HOLES", "SHEET"):
         target = {"CUT_OUTER": content.outer, "SHEET": content.stock}.get(layer, content.inner)
         if kind in ("LWPOLYLINE", "POLYLINE"):
@@ -160,9 +162,12 @@ def _sort(path: Path, entity: Any, layer: str, content: _Content, loose: list[An
 
 
 def _vertices(entity: Any) -> Array:
+    """Points and bulges (n, 3) of a polyline."""
     if entity.dxftype() == "LWPOLYLINE":
-        return np.array(list(entity.get_points("xyb")))
-    return np.array([(v.dxf.location.x, v.dxf.location.y, v.dxf.bulge) for v in entity.vertices])
+        points = list(entity.get_points("xyb"))
+    else:
+        points = [(v.dxf.location.x, v.dxf.location.y, v.dxf.bulge) for v in entity.vertices]
+    return np.array(points).reshape(-1, 3)
 
 
 def _closed(path: Path, entity: Any, layer: str) -> Contour:

@@ -161,6 +161,8 @@ def broken(tmp_path: Path, change: str) -> Path:
     corners = corners[: {"point": 1, "line": 2}.get(change, 4)]
     layer = "LASER" if change == "layer" else "CUT_OUTER"
     space.add_lwpolyline(corners, close=change != "open", dxfattribs={"layer": layer})
+    if change == "stroke":
+        space.add_lwpolyline([], dxfattribs={"layer": "MARK"})
     if change != "mark":
         text = "CUT_OUTER" if change == "text" else "INFO"
         space.add_text("P-1", dxfattribs={"layer": text, "insert": (20, 20)})
@@ -177,6 +179,7 @@ def broken(tmp_path: Path, change: str) -> Path:
         ("crossing", "crosses itself"),
         ("point", "encloses nothing"),
         ("line", "encloses nothing"),
+        ("stroke", "a stroke on layer MARK has no length"),
         ("layer", "unknown layer 'LASER'"),
         ("text", "live text"),
         ("mark", "holds 0 marks"),
