@@ -162,7 +162,7 @@ def broken(tmp_path: Path, change: str) -> Path:
     layer = "LASER" if change == "layer" else "CUT_OUTER"
     space.add_lwpolyline(corners, close=change != "open", dxfattribs={"layer": layer})
     if change == "stroke":
-        space.add_lwpolyline([], dxfattribs={"layer": "MARK"})
+        space.add_lwpolyline([(20, 20)], dxfattribs={"layer": "MARK"})
     if change != "mark":
         text = "CUT_OUTER" if change == "text" else "INFO"
         space.add_text("P-1", dxfattribs={"layer": text, "insert": (20, 20)})
