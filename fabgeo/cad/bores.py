@@ -29,6 +29,10 @@ from fabgeo.cad.rims import Piece, Rim, Skin, walls_of
 from fabgeo.cad.topology import BUILDER, FORWARD, REVERSED, TOL, close_face, vertex
 from fabgeo.structures.parts import Hole
 
+_HALF_TURN = (0.5 * np.pi, 1.5 * np.pi)
+"""Angles of a half cylinder: its seam lies in the void, since readers of STEP that project rims on
+it may take the start of a face that begins at the seam for its end."""
+
 
 @dataclass(frozen=True)
 class SkinFace:
@@ -106,7 +110,7 @@ class _Ring:
     def on_cylinder(self, k: int, face: TopoDS_Face) -> None:
         """Lay rim k on its half cylinder: the angle grows evenly, the height is s."""
         rim = self.rims[k]
-        angle = np.linspace(0.0, np.pi, len(rim.height))  # poles of a straight line
+        angle = np.linspace(*_HALF_TURN, len(rim.height))  # poles of a straight line
         self._lay(self.edges[k], np.stack([angle, rim.height], axis=1), face)
 
 
@@ -122,15 +126,15 @@ def _post(piece: Piece, low: _Ring, high: _Ring, k: int) -> TopoDS_Edge:
 
 
 def _wall(piece: Piece, low: _Ring, high: _Ring, posts: list[TopoDS_Edge], k: int) -> TopoDS_Face:
-    x, _, z = piece.frame
+    x, y, z = piece.frame
     start, end = posts[k], posts[(k + 1) % len(posts)]
     face = TopoDS_Face()
     if piece.radius > 0.0:
-        frame = kernel.axes(piece.centre, z, x)
+        frame = kernel.axes(piece.centre, z, -y)
         BUILDER.MakeFace(face, Geom_CylindricalSurface(frame, piece.radius), TOL)
         low.on_cylinder(k, face)
         high.on_cylinder(k, face)
-        for post, angle in ((start, 0.0), (end, np.pi)):
+        for post, angle in zip((start, end), _HALF_TURN, strict=True):
             line = Geom2d_Line(gp_Pnt2d(float(angle), 0.0), gp_Dir2d(0.0, 1.0))
             BUILDER.UpdateEdge(post, line, face, TOL)
     else:

@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from cad_helpers import plate, square_hole
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepTools import BRepTools
+from OCP.GeomAbs import GeomAbs_SurfaceType
 
+from fabgeo.cad import kernel
+from fabgeo.cad.assembly import Node
 from fabgeo.cad.measure import check_solid
 from fabgeo.cad.plates import plate_solid
+from fabgeo.cad.readback import read_package_step
+from fabgeo.cad.step import write_step
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.holes import bored_volume, section_sites
 from fabgeo.structures.parts import Hole, Plate
@@ -49,3 +56,19 @@ def test_solid_with_holes_has_the_volume_of_the_formula(slot: float) -> None:
     report = check_solid(plate_solid(made), 1e-6)
     assert report.sound
     assert report.volume == pytest.approx(expected, rel=1e-9)
+
+
+def test_seams_of_a_holes_cylinders_lie_in_the_void(tmp_path):
+    """A reader that projects rims on them can't mistake the face's start for its end."""
+    mid = plate().mid
+    made = plate(holes=[square_hole(mid, 0.2, 0.4, 20.0, 30.0)])
+    written = write_step(tmp_path / "plate.step", Node("plate", plate_solid(made)))
+    (part,) = read_package_step(written)
+    assert part.report.sound
+    cylinder = GeomAbs_SurfaceType.GeomAbs_Cylinder
+    faces = kernel.faces(part.shape)
+    rounds = [face for face in faces if BRepAdaptor_Surface(face).GetType() == cylinder]
+    assert len(rounds) == 2
+    for face in rounds:
+        u0, u1, _, _ = BRepTools.UVBounds_s(face)
+        assert (u0, u1) == pytest.approx((0.5 * np.pi, 1.5 * np.pi), abs=1e-6)
