@@ -30,8 +30,7 @@ from fabgeo.cad.topology import BUILDER, FORWARD, REVERSED, TOL, close_face, ver
 from fabgeo.structures.parts import Hole
 
 _HALF_TURN = (0.5 * np.pi, 1.5 * np.pi)
-"""Angles of a half cylinder: its seam lies in the void, since readers of STEP that project rims on
-it may take the start of a face that begins at the seam for its end."""
+"""Angles of a half cylinder: its seam lies in the void, so that no rim begins on it."""
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def test_solid_with_holes_has_the_volume_of_the_formula(slot: float) -> None:
 
 
 def test_seams_of_a_holes_cylinders_lie_in_the_void(tmp_path):
-    """A reader that projects rims on them can't mistake the face's start for its end."""
+    """No rim begins on a seam, where a reader may take the start of its angles for their end."""
     mid = plate().mid
     made = plate(holes=[square_hole(mid, 0.2, 0.4, 20.0, 30.0)])
     written = write_step(tmp_path / "plate.step", Node("plate", plate_solid(made)))
