@@ -255,7 +255,7 @@ def _structure(
     except GeometryError as error:
         if made.fit.status != "limited":
             raise
-        problem = f"{error.problem}; the fit ended before its limits: {made.fit.reason}"
+        problem = f"{error.problem}; the fit ended short of its limits: {made.fit.reason}"
         raise GeometryError(error.where, problem, error.cure) from error
     return {**built, "pair": pair}
 

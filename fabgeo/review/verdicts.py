@@ -56,15 +56,6 @@ def judged(record: ReviewRecord) -> ReviewRecord:
 
     A verdict that a row brings along (a part that could not be made) is kept when it is worse.
     """
-    known = vars(record).get("_judged")
-    if known is None:  # worked out once and left with the record, which never changes
-        known = _judged(record)
-        for one in (record, known):
-            object.__setattr__(one, "_judged", known)
-    return known
-
-
-def _judged(record: ReviewRecord) -> ReviewRecord:
     verdicts = {mark: judge(record.limits, own) for mark, own in record.figures.items()}
 
     def rows(table: tuple[Row, ...]) -> tuple[Row, ...]:

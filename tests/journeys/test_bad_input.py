@@ -133,7 +133,7 @@ def test_structure_on_a_fit_short_of_its_kind_tells_why_the_fit_ended():
         "panels": {"count": 2, "choice": "single"},
         "cells": {"depth": -200.0},
     }
-    with pytest.raises(GeometryError, match="the fit ended before its limits: strip") as refused:
+    with pytest.raises(GeometryError, match="the fit ended short of its limits: strip") as refused:
         design(project)
     assert "kind =" not in str(refused.value)
     assert "divide the surface" in str(refused.value)
