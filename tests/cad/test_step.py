@@ -87,6 +87,13 @@ def test_names_tree_layers_and_colours_survive(parts):
     assert marks == {"K-00-00-0", "K-00-00-1", "K-00-00-2"}
 
 
+def test_holes_are_read_back_without_any_tolerance_of_their_own(parts):
+    """Rims lie on wall and skin within the kernel's own 1e-7 mm: no reader has to widen them."""
+    panel = next(p for p in parts if p.name == "P-00-00")
+    assert panel.report.surfaces["cylinder"] == 4
+    assert panel.report.tolerance == pytest.approx(1e-7, rel=1e-6)
+
+
 def test_equal_connectors_share_one_product(parts, text):
     rods = [p for p in parts if p.name == "bolt M12 x 75"]
     assert len(rods) == 3
