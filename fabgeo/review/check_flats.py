@@ -12,7 +12,7 @@ refold
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -22,24 +22,24 @@ import numpy as np
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.review.check_work import each
-from fabgeo.review.dxf_text import Drawing, read_drawing
+from fabgeo.review.dxf_text import Curve, Drawing, read_drawing
 from fabgeo.review.findings import Findings
 from fabgeo.review.flat_holes import openings_off
 from fabgeo.review.flat_match import Match, is_mirrored, match, refold
 from fabgeo.review.measured import FlatFile, Measured
 from fabgeo.review.package import WrittenPackage, number
-from fabgeo.review.solid_plate import SolidPlate, shape_area
+from fabgeo.review.solid_plate import SolidPlate
 
 OUTLINE = 0.1  # mm: an outline off the solid's development; the writer's tolerance is added
 LENGTH = 0.05  # mm: an edge's length against the solid's
 AREA = 2e-5  # relative
 REFOLD = 0.1  # mm
 RIM = 0.15  # mm: a hole's contour off the rim of its opening in the solid
+RIM_SAGITTA = 0.001  # mm: how far its points may be off it
 TABLE = 0.002  # mm: tables of bend lines carry three decimals
 BEND = 0.005  # relative: a bend line's radius against its solid's; 29,389 needed 4.4e-7 1/mm
 NEARLY_FLAT = 5e-6  # 1/mm: a plate that bends less is not compared
 BENT = 1e-6  # 1/mm: its curvature, between two samples of the solid's
-CIRCLE = 256  # points of a circle: its area is 1e-4 too small, its radius nowhere over 1e-4
 
 
 def check_flats(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -119,26 +119,29 @@ def flat_file(
     if not polygon.is_valid:
         findings.add(mark, "outline", "simple", "crosses itself", name)
         return None
-    rims = hole_rims(package, drawing)
+    openings = hole_curves(package, drawing)
+    rims = hole_rims(openings)
     holes = hole_rows(rims)
     for x, y, width, _ in holes:
         if not polygon.contains(shapely.Point(x, y)):
             findings.add(mark, "hole", "inside the outline", f"({x:.1f}, {y:.1f})", name)
         if width <= 0.0:
             findings.add(mark, "hole width", "positive", width, name)
-    taken = sum(shape_area(rim) for rim in rims)
     lines = [ends for layer, *ends in drawing.lines if layer == package.layer("RULINGS")]
     bends = np.array(lines, dtype=float).reshape(-1, 2, 2)
-    return FlatFile(mark, points, holes, rims, bends, shape_area(points) - float(taken))
+    net = outers[0].area - sum(opening.area for opening in openings)
+    return FlatFile(mark, points, holes, rims, bends, net)
 
 
-def hole_rims(package: WrittenPackage, drawing: Drawing) -> tuple[Array, ...]:
-    """Contours (n, 2) of all holes: circles, and slots drawn as closed curves."""
+def hole_curves(package: WrittenPackage, drawing: Drawing) -> list[Curve]:
+    """All curves of a drawing that cut holes."""
     layers = (package.layer("HOLES"), package.layer("CUT_INNER"))
-    turn = np.linspace(0.0, 2.0 * np.pi, CIRCLE, endpoint=False)
-    way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    rims = [np.array([x, y]) + r * way for layer, x, y, r in drawing.circles if layer in layers]
-    return (*rims, *(c.points(0.001) for c in drawing.curves if c.layer in layers))
+    return [curve for curve in drawing.curves if curve.layer in layers]
+
+
+def hole_rims(openings: Sequence[Curve]) -> tuple[Array, ...]:
+    """Their contours (n, 2)."""
+    return tuple(curve.points(RIM_SAGITTA) for curve in openings)
 
 
 def hole_rows(rims: tuple[Array, ...]) -> Array:

@@ -12,7 +12,7 @@ import shapely
 
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
-from fabgeo.review.check_flats import hole_rims, hole_rows
+from fabgeo.review.check_flats import hole_curves, hole_rims, hole_rows
 from fabgeo.review.check_work import each
 from fabgeo.review.dxf_text import Drawing, read_drawing
 from fabgeo.review.findings import Findings
@@ -88,7 +88,8 @@ def _sheet(
         findings.add(name, "rectangles of the stock", 1, len(stock))
         return
     marks, polygons, used = [], [], 0.0
-    holes = hole_rows(hole_rims(package, drawing))
+    rims = hole_rims(hole_curves(package, drawing))
+    holes = hole_rows(rims)
     for mark, points in _named_outlines(package, drawing, name, findings):
         marks.append(mark)
         polygons.append(shapely.Polygon(points))
@@ -103,8 +104,8 @@ def _sheet(
         _holes(holes, mark, polygons[-1], flat, motion, findings, name)
     outline = stock[0].points()
     _apart(package, marks, polygons, outline, findings, name)
-    rims = [shapely.LinearRing(rim).length for rim in hole_rims(package, drawing)]
-    cut = sum(rims) + sum(polygon.length for polygon in polygons)
+    cut = sum(shapely.LinearRing(rim).length for rim in rims)
+    cut += sum(polygon.length for polygon in polygons)
     pierces = len(rims) + len(polygons)
     measured.sheets[name] = SheetFile(tuple(marks), used, shape_area(outline), cut, pierces)
 

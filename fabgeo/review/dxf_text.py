@@ -64,15 +64,26 @@ class Curve:
             pieces.append(rows[-1:, :2])
         return np.concatenate(pieces)
 
+    @property
+    def area(self) -> float:
+        """Area in mm2 inside a closed curve, unsigned: a polygon and the segments of its arcs.
+
+        Chords would not do: beside 1 m of an arc they leave out up to 3 mm2.
+        """
+        start, bulge = self.vertices[:, :2], self.vertices[:, 2]
+        end = np.roll(start, -1, axis=0)
+        polygon = np.sum(start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]) / 2.0
+        chord, angle = np.linalg.norm(end - start, axis=1), 4.0 * np.arctan(bulge)
+        return abs(float(polygon + np.sum(chord**2 * _segment(angle))))
+
 
 @dataclass
 class Drawing:
-    """What a file holds, by meaning: curves, circles (x, y, radius, layer), lines, texts."""
+    """What a file holds, by meaning: curves (a circle is two arcs), lines, texts."""
 
     name: str
     unit: int | None = None
     curves: list[Curve] = field(default_factory=list)
-    circles: list[tuple[str, float, float, float]] = field(default_factory=list)
     lines: list[tuple[str, float, float, float, float]] = field(default_factory=list)
     texts: list[tuple[str, str, float, float]] = field(default_factory=list)
     others: list[str] = field(default_factory=list)
@@ -139,7 +150,9 @@ def _collect(entities: list[Entity], drawing: Drawing) -> None:
             drawing.curves.append(Curve(head.layer, np.array(rows, dtype=float), closed))
             pending = None
         elif e.kind == "CIRCLE":
-            drawing.circles.append((e.layer, e.number(10), e.number(20), e.number(40)))
+            x, y, radius = e.number(10), e.number(20), e.number(40)
+            halves = np.array([[x - radius, y, 1.0], [x + radius, y, 1.0]])
+            drawing.curves.append(Curve(e.layer, halves, closed=True))
         elif e.kind == "LINE":
             ends = (e.number(10), e.number(20), e.number(11), e.number(21))
             drawing.lines.append((e.layer, *ends))
@@ -200,6 +213,16 @@ def _loops(layer: str, pieces: list[Array], reach: float = 1e-3) -> list[Curve]:
         rows = chain[:-1] if closed else chain
         found.append(Curve(layer, np.column_stack([rows, np.zeros(len(rows))]), closed))
     return found
+
+
+def _segment(angle: Array) -> Array:
+    """Area between an arc of a signed angle and its chord, by the chord's square."""
+    sine = np.sin(angle / 2.0)
+    small = np.abs(angle) < 1e-2  # by its series: of 1 - cos there is nothing left
+    series = angle / 12.0 * (1.0 + angle**2 / 30.0)
+    return np.where(
+        small, series, (angle - np.sin(angle)) / (8.0 * np.where(small, 1.0, sine) ** 2)
+    )
 
 
 def _arc(p: Array, q: Array, bulge: float, sagitta: float) -> Array:
