@@ -62,16 +62,22 @@ def panels_of(
         choices, saved = classify(inputs, tolerances, costs, SPRINGING), ""
         figures = {"panels_cost": sum(choice.cost for choice in choices)}
     figures["panels_radii"] = float(distinct_radii(choices))
-    made = _on_shapes(net, choices, costs)
+    made = _on_shapes(net, choices, costs, asked.joint / 2.0)
     return tuple(made), {choice.mark: choice for choice in choices}, saved, figures
 
 
-def _on_shapes(net: Sequence[Plate], choices: list[PanelChoice], costs: Costs) -> list[Plate]:
-    """Net panels on the shapes chosen; where one can't be cut on its shape it stays as fitted."""
+def _on_shapes(
+    net: Sequence[Plate], choices: list[PanelChoice], costs: Costs, half: float
+) -> list[Plate]:
+    """Net panels on the shapes chosen; where one can't be cut on its shape it stays as fitted.
+
+    `half` is what joints take off each of their two panels, mm.
+    """
     made = []
     for k, (plate, choice) in enumerate(zip(net, choices, strict=True)):
+        first, last = (half if side in plate.shared else 0.0 for side in ("start", "end"))
         try:
-            made.append(replace(plate, mid=choice.on_shape(plate.mid)))
+            made.append(replace(plate, mid=choice.on_shape(plate.mid, (first, last))))
         except GeometryError as error:
             choices[k] = choice.as_fitted(f"{choice.cls}: {error.problem}", costs.developable)
             made.append(plate)

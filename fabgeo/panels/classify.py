@@ -21,7 +21,7 @@ from fabgeo.panels.carrier import Carriers
 from fabgeo.panels.forming import Forming, Sheet, forming_of
 from fabgeo.panels.joints import Joints, joints_of
 from fabgeo.panels.limits import Costs, Tolerances
-from fabgeo.panels.made import as_made
+from fabgeo.panels.made import as_made, end_turns
 from fabgeo.panels.pairs import greedy, pairs_of
 from fabgeo.panels.pool import CLASSES, Pool, pair_limits
 from fabgeo.panels.samples import PanelInput, Samples
@@ -93,9 +93,14 @@ class PanelChoice:
         """The panel as made, on the shape; worked out when first asked for."""
         return self.on_shape(self.fitted)
 
-    def on_shape(self, patch: RuledPatch) -> RuledPatch:
-        """A part of the fitted panel, e.g. with its joints taken off, as it will be made."""
-        return patch if self.shape is None else as_made(patch, self.shape)
+    def on_shape(self, patch: RuledPatch, take: tuple[float, float] = (0.0, 0.0)) -> RuledPatch:
+        """The fitted panel with its joints taken off, as it will be made.
+
+        `take` is what of the joints the first and the last ruling come in by, mm.
+        """
+        if self.shape is None:
+            return patch
+        return as_made(patch, self.shape, end_turns(self.fitted, self.shape, take))
 
     def as_fitted(self, reason: str, cost: float) -> PanelChoice:
         """The choice not to replace the panel after all."""

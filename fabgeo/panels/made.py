@@ -4,6 +4,9 @@ Both edge curves are projected onto the shape, and the lines between them are th
 rulings: the made panel is exactly a piece of a plane, cylinder or cone, without twist, and unrolls
 as one. Its ends run along the shape's rulings midway between where the fitted end rulings began
 and ended; what they swing from the joint by is measured as a gap.
+
+Joints at the ends are taken off the panel as made: off a fitted one, whose rulings may fan
+otherwise, they would not leave as wide a joint.
 """
 
 from __future__ import annotations
@@ -42,15 +45,40 @@ def end_shift(samples: Samples, carriers: Carriers) -> Array:
     return np.where(bent, shift * (1.0 + carriers.g[:, None, None] * reach), 0.0)
 
 
-def as_made(patch: RuledPatch, shape: Carrier, tolerance: float = 5e-5) -> RuledPatch:
+def end_turns(whole: RuledPatch, shape: Carrier, take: tuple[float, float]) -> tuple[float, float]:
+    """Turns on the shape of a panel's first and last ruling, with joints taken off it as made.
+
+    Parameters
+    ----------
+    whole : RuledPatch
+        The fitted panel up to the middle of its joints.
+    take : pair of float
+        How far the slower end of either ruling comes in from there, mm.
+    """
+    corners = whole.poles[:, [0, -1]].transpose(1, 0, 2)
+    turn, reach = (a.reshape(2, 2) for a in shape.batch.coordinates(corners.reshape(1, 4, 3)))
+    mean = turn.mean(axis=1)
+    slower = (1.0 + shape.g * reach).min(axis=1)  # how far an end goes while the ruling turns by 1
+    first, last = mean + np.sign(mean[1] - mean[0]) * np.array([1.0, -1.0]) * take / slower
+    return float(first), float(last)
+
+
+def as_made(
+    patch: RuledPatch,
+    shape: Carrier,
+    turns: tuple[float, float] | None = None,
+    tolerance: float = 5e-5,
+) -> RuledPatch:
     """The patch carried over to its replacement.
 
     Parameters
     ----------
     patch : RuledPatch
-        The fitted panel.
+        The fitted panel, or as much of it as is cut.
     shape : Plane, Cylinder or Cone
         What replaces it.
+    turns : pair of float, optional
+        Turns of its first and last ruling, by default of the patch's own (on a plane always).
     tolerance : float
         Largest distance of the made edge curves from the shape, mm.
 
@@ -65,7 +93,7 @@ def as_made(patch: RuledPatch, shape: Carrier, tolerance: float = 5e-5) -> Ruled
     while True:
         knots = _refined(patch.knots, pieces)
         sites = spline.greville(knots)
-        first, second = _met(patch, shape, sites)
+        first, second = _met(patch, shape, sites, turns)
         made = RuledPatch.through(knots, sites, first, second)
         edges = made.edges(made.parameters(3))
         off = max(float(np.abs(shape.distance(edge)).max()) for edge in edges)
@@ -90,8 +118,10 @@ def _refined(knots: Array, pieces: int) -> Array:
     return np.concatenate([[spans[0]] * 4, inner, [spans[-1]] * 4])
 
 
-def _met(patch: RuledPatch, shape: Carrier, sites: Array) -> tuple[Array, Array]:
-    """Points of both made edges at the sites."""
+def _met(
+    patch: RuledPatch, shape: Carrier, sites: Array, ends: tuple[float, float] | None
+) -> tuple[Array, Array]:
+    """Points of both made edges at the sites, between rulings at given turns."""
     curve = BSpline(patch.knots, np.moveaxis(patch.poles, 1, 0), 3, extrapolate=True)
 
     def turn_reach(u: Array, side: int) -> tuple[Array, Array]:
@@ -100,6 +130,8 @@ def _met(patch: RuledPatch, shape: Carrier, sites: Array) -> tuple[Array, Array]
 
     turns = [turn_reach(sites, side)[0] for side in (0, 1)]
     mean = (turns[0] + turns[1]) / 2.0
+    if ends is not None:
+        mean = mean + np.interp(sites, sites[[0, -1]], np.array(ends) - mean[[0, -1]])
     if np.any(np.diff(mean) * np.sign(mean[-1] - mean[0]) <= 0.0):
         raise _not_followed()
     edges = []

@@ -7,13 +7,14 @@ import tomllib
 import numpy as np
 import pytest
 
-from fabgeo.arrays import Array, IntArray
+from fabgeo.arrays import Array, IntArray, unit
 from fabgeo.build import Design, design
 from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.towards import Towards
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net, Sites
 from fabgeo.project import parse_project
+from fabgeo.strips.ruled import RuledPatch
 
 DOME = """
 name = "Dome"
@@ -33,8 +34,8 @@ tolerance = 1.0
 """
 
 
-def built(strips: str = "", panels: str = "") -> Design:
-    text = DOME.replace("[panels]", strips + "[panels]") + panels
+def built(strips: str = "", panels: str = "", dome: str = DOME) -> Design:
+    text = dome.replace("[panels]", strips + "[panels]") + panels
     return design(parse_project(tomllib.loads(text)))
 
 
@@ -50,6 +51,32 @@ def after() -> Design:
 
 def cost(made: Design) -> float:
     return sum(choice.cost for choice in made.choices.values())
+
+
+def ruling(patch: RuledPatch, u: float) -> tuple[Array, Array, Array]:
+    """Ends and direction of a ruling, and how far its ends go while the slower one goes by 1."""
+    ends, speeds = (patch.edges(np.array([u]), order)[:, 0] for order in (0, 1))
+    along = unit(ends[1] - ends[0])
+    pace = np.linalg.norm(speeds - np.outer(speeds @ along, along), axis=1)
+    return ends, along, pace / pace.min()
+
+
+def test_joints_at_rulings_are_taken_off_the_panels_as_made() -> None:
+    """Half a joint at the slower end of either ruling: the stated gap comes to it, no more."""
+    fanning = DOME.replace('x = "u"', 'x = "u*(1 + 0.12*v)"').replace("1.0", "10.0")
+    made = built(
+        panels="angle = 3.0\n[limits]\ngap_max_mm = 8.0",
+        dome=fanning.replace("count = 4\nstart", "count = 2\nstart"),
+    )
+    assert {"cylinder", "cone"} <= {choice.cls for choice in made.choices.values()}
+    for plate in made.panels:
+        whole, net = made.choices[plate.mark].made, plate.mid
+        for side, u, v in (("start", whole.u0, net.u0), ("end", whole.u1, net.u1)):
+            before, along, _ = ruling(whole, u)
+            after, _, fan = ruling(net, v)
+            away = after - before - np.outer((after - before) @ along, along)
+            half = 5.0 if side in plate.shared else 0.0
+            assert np.linalg.norm(away, axis=1) == pytest.approx(half * fan, abs=0.01)
 
 
 @pytest.mark.slow

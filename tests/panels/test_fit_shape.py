@@ -13,11 +13,12 @@ from fabgeo.panels.certify import deviation
 from fabgeo.panels.classify import bend_lines, classify
 from fabgeo.panels.fit_shape import best_fit
 from fabgeo.panels.limits import Tolerances
-from fabgeo.panels.made import as_made, follows
+from fabgeo.panels.made import as_made, end_turns, follows
 from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.samples import PanelInput, sample
 from fabgeo.panels.shapes import Cone, Cylinder, shape_of
 from fabgeo.panels.unfold import unfold
+from fabgeo.panels.unfold_split import split_at_rulings
 from fabgeo.strips.ruled import RuledPatch
 
 OPENINGS = np.radians([1.0, 5.0, 30.0, 90.0, 170.0])
@@ -156,6 +157,26 @@ def test_made_panel_lies_on_its_shape(kind: str) -> None:
     certificate = unfold(made, "P", "steel", 3.0).certificate
     assert certificate["refold_error_mm"] < 1e-3
     assert certificate["twist_max_deg"] < 1e-4
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "cone"])
+def test_joints_are_taken_off_the_panel_as_made(kind: str) -> None:
+    """The slower end of either end ruling comes in by what is asked, whatever the part began as."""
+    patch = exact_patch(kind, np.random.default_rng(8), 0.5, noise=0.5, spans=12)
+    shape = shape_of(best_fit(sample([patch]), kind), 0, kind)
+    part = split_at_rulings(patch, np.array([patch.u0 + 0.1, patch.u1 - 0.2]))[1]
+    take = (5.0, 3.0)
+    whole, net = as_made(patch, shape), as_made(part, shape, end_turns(patch, shape, take))
+    for u, v, way in ((whole.u0, net.u0, take[0]), (whole.u1, net.u1, take[1])):
+        a, b = whole.edges(np.array([u]))[:, 0]
+        along = (b - a) / np.linalg.norm(b - a)
+        ends = net.edges(np.array([v]))[:, 0]
+        away = ends - a - np.outer((ends - a) @ along, along)
+        # On a cone both ends go as far as they are from the apex (edges run obliquely).
+        reach = np.linalg.norm(ends - shape.apex, axis=1) if isinstance(shape, Cone) else np.ones(2)
+        expected = way * reach / reach.min()
+        assert np.linalg.norm(away, axis=1) == pytest.approx(expected, abs=1e-3)
+    assert np.abs(shape.distance(net.edges(net.parameters(3))[0])).max() < 1e-4
 
 
 def test_shapes_whose_rulings_run_across_the_panel_are_refused() -> None:
