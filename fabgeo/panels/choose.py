@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fabgeo.panels.bounds import first_order, proven
 from fabgeo.panels.classify import PanelChoice, describe
@@ -139,8 +139,8 @@ def choose(
         The project's; defaults of the hand-over contract.
     rounds : int
         Most rounds of new candidates after the first choice, again of strips' programmes, and of
-        those of neighbouring strips at once; they end earlier when one gains less than 0.5 %. Of
-        more than a thousand panels one round of either is all, unless `thorough`.
+        those of neighbouring strips at once; they end earlier when one gains less than 0.5 %. See
+        `fabgeo.panels.effort` for what many panels leave of them.
     seconds : float, optional
         Limit by the clock of one integer programme over all panels, and of all strips'
         programmes: the choice then depends on the machine, and `status` tells so.
@@ -151,9 +151,7 @@ def choose(
     jobs : int, optional
         Threads that solve the strips' programmes; by default this one alone.
     thorough : bool
-        Place two and three neighbouring strips at once however many panels there are, and until
-        nothing is gained; otherwise of no more than 450, and once only of more than two
-        hundred.
+        Place neighbouring strips at once however many panels there are.
 
     Raises
     ------
@@ -161,30 +159,25 @@ def choose(
         If neighbours do not fit together.
     """
     began = time.perf_counter()
-    tolerances, costs = tolerances or Tolerances(), costs or Costs()
-    effort = Effort.of(len(panels), rounds, thorough)
-    search = Search(panels, tolerances, costs, seconds)
+    search = Search(panels, tolerances or Tolerances(), costs or Costs(), seconds)
     if radii is not None or radii_step is not None:
         search.limit_radii(radii, radii_step)
+    found = _searched(search, Effort.of(len(panels), rounds, thorough), jobs)
+    chosen = tuple(_described(search, panels, sheet or Sheet()))
+    return replace(found, panels=chosen, seconds=time.perf_counter() - began)
+
+
+def _searched(search: Search, effort: Effort, jobs: int | None) -> JointChoice:
+    """The search to its end: figures of what it has come to, its panels not yet described."""
     history = [search.cost]
     result = _swept(search, effort, history)
     strips = Stripwise(search)
     bounds = first_order(strips, jobs) if effort.bounded else strips.summed(search.floors)
-    placing = StripPlacing(strips, bounds, jobs, seconds)
+    placing = StripPlacing(strips, bounds, jobs, search.seconds)
     result = _placed(placing, effort, history) or result
     bound = _bound(strips, effort, jobs)
-    chosen = describe(
-        panels,
-        search.own,
-        search.pool,
-        search.joints,
-        search.current,
-        tolerances,
-        costs,
-        sheet or Sheet(),
-    )
     return JointChoice(
-        panels=tuple(chosen),
+        panels=(),
         cost=search.cost,
         bound=bound,
         nearly=max(bound, float(bounds.sum())),
@@ -194,8 +187,14 @@ def choose(
         candidates=len(search.pool),
         status="time limit" if placing.late else result.status,
         history=tuple(history),
-        seconds=time.perf_counter() - began,
+        seconds=0.0,
     )
+
+
+def _described(search: Search, panels: Sequence[PanelInput], sheet: Sheet) -> list[PanelChoice]:
+    """The panels as chosen, with everything measured about them."""
+    own, pool, joints, current = search.own, search.pool, search.joints, search.current
+    return describe(panels, own, pool, joints, current, search.tolerances, search.costs, sheet)
 
 
 def _swept(search: Search, effort: Effort, history: list[float]) -> IntegerChoice:
