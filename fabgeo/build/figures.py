@@ -216,7 +216,7 @@ def limits_of(project: Project) -> tuple[Limit, ...]:
         "refold_error_mm": "Unfolding: refolded part",
     }
     asked += [(key, getattr(given, key), None, label, key) for key, label in plain.items()]
-    out = [limit(*row) for row in asked]
+    out = [_given_way(limit(*row), project) for row in asked]
     share = limit("covered_share", given.covered_share, None, "Surface covered", "covered_share")
     out.append(replace(share, sense="min"))
     for key, label in (
@@ -226,3 +226,18 @@ def limits_of(project: Project) -> tuple[Limit, ...]:
     ):
         out.append(Limit(key, 0.0, None, label, "always"))
     return tuple(out)
+
+
+def _given_way(limit: Limit, project: Project) -> Limit:
+    """Strips that may give way are judged by how far they may, in place of the sag limit.
+
+    Limits that the project names hold as they are.
+    """
+    give = None if project.panels is None else project.strips.give
+    if give is None or limit.key in project.limits.model_fields_set:
+        return limit
+    if limit.key == "deviation_max_mm":
+        return replace(limit, good=give, origin="strips.give")
+    if limit.key == "deviation_over_sag_limit":
+        return replace(limit, good=None, origin="strips.give")
+    return limit

@@ -2,8 +2,9 @@
 
 Every panel has a closest plane, cylinder or cone. Where the cheapest of them is not far off, the
 model is fitted once more with its distance from it as a further term, and the panels are chosen
-anew: what that buys is told. A model that leaves the design surface by more than ``strips.give``,
-or costs no less, is not taken; what one farther off would buy is told, too.
+anew: what that buys is told. A model that leaves the design surface by more than ``strips.give``
+(or ``limits.deviation_max_mm``, where that is less), or costs no less, is not taken; what one
+farther off would buy is told, too. Distances from the surface are measured as for the review.
 """
 
 from __future__ import annotations
@@ -29,8 +30,10 @@ from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.search import Search
 from fabgeo.project import Project
+from fabgeo.strips.measures import measure
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.structures import panels as layers
+from fabgeo.surfaces.base import DesignSurface
 
 TURNS = 3  # fits, each towards the shapes of the panels before
 NEAR = 8.0  # class tolerances: shapes further off are not worth the way
@@ -79,6 +82,7 @@ class Drawn:
 
 def given_way(
     project: Project,
+    surface: DesignSurface,
     initial: Start,
     fitted: FitResult,
     clock: Clock | None = None,
@@ -88,7 +92,9 @@ def given_way(
     asked = project.strips.give
     if asked is None or project.panels is None:
         return fitted, "", {}
+    asked = min(asked, project.limits.deviation_max_mm or np.inf)
     clock = clock or Clock()
+    away = off = _off(fitted, surface)
     best, before = fitted, _chosen(project, outwards(fitted.model), jobs)
     found, pull = before, PULL
     farther: tuple[float, float] | None = None  # what a model too far off costs, and how far it is
@@ -99,20 +105,20 @@ def given_way(
             anew = _chosen(project, outwards(made.model), jobs)
         except GeometryError:
             break  # strips folded on the way
-        off = float(made.statistics["deviation_max"])
-        if off > asked:
-            farther = min(farther or (np.inf, off), (anew.cost, off))
-        if off > asked or _worse(made, fitted) or anew.cost >= found.cost:
+        far = _off(made, surface)
+        if far > asked:
+            farther = min(farther or (np.inf, far), (anew.cost, far))
+        if far > asked or _worse(made, fitted) or anew.cost >= found.cost:
             pull *= WEAKER
         else:
-            best, found = made, anew
+            best, found, off = made, anew, far
     figures = {
         "give_panels_cost_before": before.cost,
         "give_panels_cost_after": found.cost,
-        "give_deviation_before_mm": float(fitted.statistics["deviation_max"]),
-        "give_deviation_after_mm": float(best.statistics["deviation_max"]),
+        "give_deviation_before_mm": away,
+        "give_deviation_after_mm": off,
     }
-    told = _told(before, found, fitted, best, asked)
+    told = _told(before, found, away, off, asked)
     if farther is not None and farther[0] < found.cost:
         told += "; {:.2f} mm off the surface panels would cost {:g}".format(*reversed(farther))
     return best, told, figures
@@ -134,19 +140,22 @@ def _worse(made: FitResult, fitted: FitResult) -> bool:
     return made.status != "converged" and fitted.status == "converged"
 
 
-def _told(
-    before: JointChoice, after: JointChoice, fitted: FitResult, best: FitResult, asked: float
-) -> str:
-    least, most = (one.statistics["deviation_max"] for one in (fitted, best))
-    if best is fitted:
+def _off(result: FitResult, surface: DesignSurface) -> float:
+    """The model's largest distance from the surface, mm."""
+    found = measure(result.model, surface).deviation_max
+    return 0.0 if found is None else found.value
+
+
+def _told(before: JointChoice, after: JointChoice, away: float, off: float, asked: float) -> str:
+    if after is before:
         return (
             f"give: no model within {asked:g} mm of the surface was found whose panels cost less "
-            f"than {before.cost:g}; it stays as fitted"
+            f"than {before.cost:g}; it stays as fitted, {away:.2f} mm off"
         )
     return (
         f"give: panels cost {after.cost:g}, {before.cost:g} before the strips gave way "
         f"({100 * (1 - after.cost / before.cost):.1f} % saved); {_shares(after)}, before "
-        f"{_shares(before)}; {most:.2f} mm off the surface, {least:.2f} mm before"
+        f"{_shares(before)}; {off:.2f} mm off the surface, {away:.2f} mm before"
     )
 
 

@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,11 +21,11 @@ from fabgeo.build.geometry import Design, lanes_of, pair_of, patches_of, structu
 from fabgeo.build.giving import given_way
 from fabgeo.build.materials import in_materials
 from fabgeo.build.mixed import crossed_by, straightened
-from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.model import fit_of, options_of, outwards, start_of
 from fabgeo.build.nests import nests_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
-from fabgeo.build.skin import inputs_of, layers_of, panels_of
+from fabgeo.build.skin import inputs_of, layers_of, limits_of, panels_of
 from fabgeo.build.solids import solids_of
 from fabgeo.build.splitting import divided_patches, divided_structure
 from fabgeo.build.surface import seen, surface_of, with_surface
@@ -186,15 +186,13 @@ def _skinned(
 ) -> Design:
     """The model fitted from a start, and its panels."""
     with clock.stage("fit"):
-        fitted = cache.once(
-            "fit",
-            _fitted_to(project, wanted, initial, base),
-            partial(fit_of, project, initial, clock),
-        )
+        inputs, room = _fitted_to(project, wanted, initial, base), project.limits
+        fitted = cache.once("fit", inputs, partial(fit_of, project, initial, clock))
+        panelled = _panelled(project, fitted.model, ())
         fitted, bought, worth = cache.once(
             "give",
-            (fitted.model, _panelled(project, fitted.model, ()), project.strips.model_dump()),
-            partial(given_way, project, initial, fitted, clock, jobs),
+            (inputs, panelled, room.transport_mm, room.deviation_max_mm),
+            partial(given_way, project, wanted, initial, fitted, clock, jobs),
         )
         model = outwards(fitted.model)
     with clock.stage("panels"):
@@ -223,14 +221,15 @@ def _tradeoff(made: Design, cache: Cache) -> tuple[Mapping[str, float], ...]:
 def _fitted_to(
     project: Project, surface: DesignSurface, initial: Start, base: Path
 ) -> tuple[object, ...]:
-    """What a fit depends on: the surface's data, its start, and [strips]."""
+    """What a fit depends on: the surface's data, its start, [strips], and its own limits."""
     asked = project.surface
     data: object = b""
     if asked.file is not None:
         data = (base / asked.file).read_bytes()
     elif asked.given is not None:
         data = seen(surface)
-    return asked.model_dump(), data, project.strips.model_dump(), initial.model
+    options = asdict(options_of(project))
+    return asked.model_dump(), data, project.strips.model_dump(), initial.model, options
 
 
 def _panelled(
@@ -239,7 +238,7 @@ def _panelled(
     """What panels depend on: geometry, and of the project what is not of materials or later."""
     asked = project.panels
     panels = asked and asked.model_dump(exclude={"material", "materials", "layers", "trim"})
-    return panels, project.limits.gap_max_mm, _shape(model), patches
+    return panels, asdict(limits_of(project)), _shape(model), patches
 
 
 def _structure(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from fabgeo.build import design
 from fabgeo.build.cache import Cache
 
 
@@ -55,3 +56,27 @@ def test_entries_without_use_are_pruned(tmp_path: Path) -> None:
 def test_without_a_folder_nothing_is_kept() -> None:
     store = Cache()
     assert [store.once("fit", (), lambda k=k: k) for k in (1, 2)] == [1, 2]
+
+
+@pytest.mark.slow
+def test_limits_of_fits_and_choices_are_among_their_inputs(tmp_path: Path) -> None:
+    dome = {
+        "name": "Dome",
+        "surface": {
+            **{"unit": "m", "u": [-3.0, 3.0], "v": [-4.0, 4.0]},
+            **{"x": "u", "y": "v", "z": "3 - 0.05*u**2 - 0.03*v**2"},
+        },
+        "strips": {"kind": "conical", "count": 2, "start": "principal"},
+        "panels": {"count": 2, "trim": False},
+    }
+
+    def made(**tables: object) -> list[int]:
+        design({**dome, **tables}, cache=Cache(tmp_path))
+        return [len(list(tmp_path.glob(f"{kind}/*"))) for kind in ("fit", "choice")]
+
+    assert made() == [1, 1]
+    assert made(limits={"edge_length_error_mm": 0.03}) == [1, 1]
+    assert made(limits={"twist_max_deg": 0.001})[0] == 2
+    fits, choices = made(cells={"depth": -200.0})  # cells ask for less twist
+    assert fits == 3
+    assert made(cells={"depth": -200.0, "walls": True}) == [3, choices + 1]
