@@ -52,7 +52,7 @@ def panel_rows(
     count: dict[str, int] = {}
     for connector in design.connectors:
         count[connector.panel] = count.get(connector.panel, 0) + 1
-    order = erection_order(design)
+    order, slits = erection_order(design), _slits(design)
     rows = []
     for patch, plate in zip(design.patches, design.panels, strict=True):
         choice, own = design.choices[plate.mark], figures[plate.mark]
@@ -73,6 +73,7 @@ def panel_rows(
             "gap_max_mm": choice.gap_mm,
             "gap_edge": plate.shared.get(choice.gap_edge, choice.gap_edge),
             "flange_mm": choice.flange_mm,
+            **slits.get(plate.mark, {}),
             "twist_max_deg": own.get("twist_max_deg"),
             "forming": choice.forming,
             "connectors": count.get(plate.mark, 0) if design.connectors else None,
@@ -92,6 +93,18 @@ def panel_rows(
                 row |= plank_row(flat, flats.get(plate.shared.get("second", "")))
         rows.append(row)
     return rows
+
+
+def _slits(design: Design) -> dict[str, Row]:
+    """The widest slit beside each panel that has any, and the panels across."""
+    across: dict[str, dict[str, float]] = {}
+    for slit in () if design.trims is None else design.trims.slits:
+        for mark, other in (slit.panels, slit.panels[::-1]):
+            across.setdefault(mark, {})[other] = slit.width
+    return {
+        mark: {"slit_max_mm": max(own.values()), "slit_edges": " ".join(own)}
+        for mark, own in across.items()
+    }
 
 
 def plank_row(flat: FlatPart, beside: FlatPart | None) -> Row:

@@ -16,6 +16,7 @@ import numpy as np
 
 from fabgeo.arrays import cross
 from fabgeo.build.skin import sheet_of
+from fabgeo.build.slits import Slit, slits_of
 from fabgeo.panels.forming import forming_of
 from fabgeo.panels.samples import PanelInput, Side
 from fabgeo.panels.unfold_split import split_at_rulings
@@ -58,19 +59,27 @@ class Trims:
     lost : float
         Area in mm2 inside the boundary that no panel covers any more: tips, slivers, and the
         joints between pieces of one panel.
+    slits : tuple of Slit
+        Between panels that a piece too small to make lay between.
     """
 
     cut: tuple[str, ...] = ()
     outside: tuple[str, ...] = ()
     slivers: tuple[str, ...] = ()
     lost: float = 0.0
+    slits: tuple[Slit, ...] = ()
 
     def __str__(self) -> str:
-        return (
+        words = (
             f"{len(self.cut)} panels are cut along the boundary, {len(self.outside)} lie wholly "
             f"beyond it, {len(self.slivers)} have pieces too small to make; tips, these pieces and "
             f"joints between pieces leave {self.lost / 1e6:.2f} m2 open"
         )
+        if not self.slits:
+            return words
+        widest = max(self.slits, key=lambda slit: slit.width)
+        between = " and ".join(widest.panels)
+        return f"{words}; slits of up to {widest.width:.0f} mm, that between {between}"
 
 
 @dataclass(frozen=True)
@@ -132,7 +141,7 @@ def trimmed(design: Design) -> Design:
         panels=tuple(cut.plate for cut in panels),
         layers=tuple(own),
         choices=_choices(design, panels),
-        trims=_joined(trims),
+        trims=replace(_joined(trims), slits=slits_of(_pieces(panels))),
     )
 
 

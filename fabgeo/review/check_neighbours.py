@@ -11,12 +11,15 @@ gap
     What a joint's width is off that: shapes that replace fitted panels do not meet exactly.
 kink
     Angle between the panels' normals at facing points.
+slit
+    What is open between two panels of a strip from between which a piece too small to make was
+    left out: no joint, its width is stated by itself.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Container
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +34,7 @@ from fabgeo.review.panel_edges import PanelEdge, panel_edges
 GAP = 0.1  # mm beside the stated gap: joints are taken off panels before these are replaced
 CORNER = np.radians(80.0)  # edges at a corner of the building are no joint
 COVERED = 0.97  # share of a long edge with neighbours across: less at a boundary
+REACH = 20.0  # mm beside three joints: edges farther apart do not face each other
 SPACING = 400.0  # mm, of points by which neighbours are looked for
 PLACES = 33  # on an edge at which it is measured
 KINK = 0.05  # degrees
@@ -43,8 +47,8 @@ class Facing:
 
     Attributes
     ----------
-    width : float
-        Median, mm.
+    width, widest : float
+        Median and largest, mm.
     gap, kink : float
         Largest, in mm and degrees.
     bend : float
@@ -54,6 +58,7 @@ class Facing:
     """
 
     width: float
+    widest: float
     gap: float
     kink: float
     bend: float
@@ -97,7 +102,10 @@ def check_neighbours(package: WrittenPackage, measured: Measured, findings: Find
     along = _each_once([(one, other, _across(one, other, joint)) for one, other in rails])
     cut = _cut(edges, along)
     # Rulings of a cut panel may end within the joint's place: its width is known from below.
+    slits = {mark: set((row.get("slit_edges") or "").split()) for mark, row in rows.items()}
     rulings = [pair for pair in pairs if not pair[0].rail]
+    _check_slits([pair for pair in rulings if _is_slit(pair, slits)], rows, findings)
+    rulings = [pair for pair in rulings if not _is_slit(pair, slits)]
     ends = _each_once([(one, other, _across(one, other, joint, cut)) for one, other in rulings])
     met: dict[str, Met] = defaultdict(Met)
     below = package.project.get("cells") or package.project.get("beams")
@@ -116,6 +124,26 @@ def check_neighbours(package: WrittenPackage, measured: Measured, findings: Find
         measured.worst("kink_measured_deg", own.kink)
         if mark in elsewhere or not {own.gap_at, own.kink_at} & elsewhere:
             _judge(mark, own, rows[mark], uncut and mark not in near_cut, findings)
+
+
+def _is_slit(pair: tuple[PanelEdge, PanelEdge], slits: Mapping[str, set[str]]) -> bool:
+    one, other = pair
+    return other.mark in slits[one.mark] or one.mark in slits[other.mark]
+
+
+def _check_slits(
+    pairs: Iterable[tuple[PanelEdge, PanelEdge]],
+    rows: Mapping[str, dict[str, str]],
+    findings: Findings,
+) -> None:
+    """A slit is no wider than both its panels' rows state."""
+    for one, other in pairs:
+        for edge, beside in ((one, other), (other, one)):
+            stated = number(rows[edge.mark], "slit_max_mm") or 0.0
+            facing = _across(edge, beside, 0.0, reach=REACH + 1.5 * stated)
+            if facing is not None and facing.widest > stated + GAP + SHARE * stated:
+                what = f"slit_max_mm of its solid, to {beside.mark}"
+                findings.add(edge.mark, what, f"at most {stated:.1f}", facing.widest)
 
 
 def _each_once(found: list[tuple[PanelEdge, PanelEdge, Facing | None]]) -> list[Joint]:
@@ -168,7 +196,7 @@ def _pairs(edges: list[PanelEdge], joint: float) -> list[tuple[PanelEdge, PanelE
     some = [edge.spaced(SPACING) for edge in edges]
     points = np.concatenate(some)
     owner = np.repeat(np.arange(len(edges)), [len(own) for own in some])
-    reach = 3.0 * joint + 20.0 + SPACING
+    reach = 3.0 * joint + REACH + SPACING
     near = owner[KDTree(points).query_pairs(reach, output_type="ndarray")]
     pairs = np.unique(np.sort(near[near[:, 0] != near[:, 1]], axis=1), axis=0)
     return [
@@ -179,9 +207,13 @@ def _pairs(edges: list[PanelEdge], joint: float) -> list[tuple[PanelEdge, PanelE
 
 
 def _across(
-    one: PanelEdge, other: PanelEdge, joint: float, cut: Container[str] = ()
+    one: PanelEdge,
+    other: PanelEdge,
+    joint: float,
+    cut: Container[str] = (),
+    reach: float | None = None,
 ) -> Facing | None:
-    """What lies across a joint; None where the edges do not face each other.
+    """What lies across a joint; None where the edges do not face each other within reach, mm.
 
     Of a panel in `cut` the ruling's slower end may be cut away: its half of the joint is known by
     its fan alone, and from below.
@@ -190,7 +222,7 @@ def _across(
     place, t = other.nearest(one.points[some])
     width = np.linalg.norm(other.at(place, t) - one.points[some], axis=1)
     inside = (place + t > 0.25) & (place + t < len(other.points) - 1.25)
-    inside &= width < 3.0 * joint + 20.0
+    inside &= width < (3.0 * joint + REACH if reach is None else reach)
     if inside.sum() < 3:
         return None
     some, place, t, width = some[inside], place[inside], t[inside], width[inside]
@@ -213,6 +245,7 @@ def _across(
     own = some / (len(one.points) - 1)
     return Facing(
         float(np.median(width)),
+        float(width.max()),
         float(np.abs(width - expected).max()),
         float(np.degrees(angle.max())),
         float(np.degrees(joint * (one.curvature + other.curvature))),

@@ -37,7 +37,8 @@ PANELS = _columns(
     "material thickness_mm:2 flat_length_mm:2 flat_width_mm:2 area_m2:6 mass_kg:3 "
     "cog_x_mm:1 cog_y_mm:1 cog_z_mm:1 holes:0 connectors:0 sheet sheet_rotation_deg:3 "
     "forming verdict reason box_length_mm:1 box_width_mm:1 box_height_mm:1 "
-    "transport erection_order:0 plank_sag_mm:3 plank_yield:4 edge_congruence_mm:4"
+    "transport erection_order:0 plank_sag_mm:3 plank_yield:4 edge_congruence_mm:4 "
+    "slit_max_mm:1 slit_edges"
 )
 PLATES = _columns(
     "mark parent role length_mm:2 width_mm:2 thickness_mm:2 area_m2:6 mass_kg:3 material "
