@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import elementwise
@@ -31,6 +32,8 @@ type Pattern = tuple[tuple[bool, bool], ...]
 
 ACROSS = 17  # places of a ruling that are tested
 FINER = 8  # times as many where it comes close to the boundary and leaves again
+LEAP = 0.1  # of a ruling: more between neighbours is looked into
+ROUNDS = 8  # of halving there: where the boundary runs along rulings ends of spans move fast
 SAME = 1e-9  # of the patch's u-interval: events are known to it
 
 
@@ -110,6 +113,7 @@ class Within:
 
     def events(self, u: Array) -> Array:
         """All events between the first and the last of ascending u (k,), where any is seen."""
+        u = self._closer(u)
         seen = self.patterns(u)
         least = SAME * (u[-1] - u[0])
         todo = [
@@ -134,3 +138,20 @@ class Within:
                 if new != t[3] and t[1] - h > least
             ]
         return np.unique(found)
+
+    def _closer(self, u: Array) -> Array:
+        """Ascending u (k,) with more between neighbours of one pattern whose spans leap.
+
+        Two spans may appear and join between two rulings that show one span each: beside a corner
+        where the boundary comes to run along the rulings.
+        """
+        for _ in range(ROUNDS):
+            spans = self.spans(u)
+            leaps = [
+                len(here) == len(there) > 0 and float(np.abs(np.subtract(there, here)).max()) > LEAP
+                for here, there in pairwise(spans)
+            ]
+            if not any(leaps):
+                break
+            u = np.sort(np.concatenate([u, ((u[1:] + u[:-1]) / 2.0)[leaps]]))
+        return u
