@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fabgeo.arrays import Array
+from fabgeo.cad.isolated import of_kernel
 from fabgeo.errors import InputError
 from fabgeo.surfaces.nurbs import NurbsFace
 
@@ -43,15 +44,19 @@ def nurbs_face(where: str, face: Any, name: str, colour: Any) -> NurbsFace:
     from OCP.GeomConvert import GeomConvert
     from OCP.TopoDS import TopoDS
 
-    converted = BRepBuilderAPI_NurbsConvert(face, True)
-    if not converted.IsDone():
-        raise InputError(where, f"{name} can't be converted to a B-spline", "export it again")
-    spline_face = TopoDS.Face_s(converted.Shape())
-    surface = BRep_Tool.Surface_s(spline_face)
-    if not isinstance(surface, Geom_BSplineSurface):
-        surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
-    surface = surface.Copy()
-    _open_knots(surface)
+    try:
+        converted = BRepBuilderAPI_NurbsConvert(face, True)
+        spline_face = TopoDS.Face_s(converted.Shape())
+        surface = BRep_Tool.Surface_s(spline_face)
+        if not isinstance(surface, Geom_BSplineSurface):
+            surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
+        surface = surface.Copy()
+        _open_knots(surface)
+    except Exception as error:
+        if not of_kernel(error):
+            raise
+        problem = f"{name} can't be converted to a B-spline: {error}"
+        raise InputError(where, problem, "trim or rebuild it, and export it again") from error
     poles, weights = _poles(surface)
     return NurbsFace(
         poles=poles,

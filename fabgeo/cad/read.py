@@ -2,7 +2,7 @@
 
 The kernel converts every surface to B-splines exactly (planes, cylinders, spheres, tori become
 rational ones) and hands over the trimming curves in parameters. Nothing is sewn or healed beyond
-what the kernel's own translation does.
+what the kernel's own translation does. It works in a process of its own: damaged files kill it.
 """
 
 # The kernel's binding ships no type stubs.
@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fabgeo.cad.isolated import CURE, read_isolated
 from fabgeo.cad.nurbsface import nurbs_face
 from fabgeo.errors import InputError
 from fabgeo.surfaces.nurbs import NurbsFace
@@ -54,10 +55,14 @@ def read_with_unit(
     path: str | Path, faces: Sequence[int | str] | None = None
 ) -> tuple[list[NurbsFace], str]:
     """Faces of a STEP or IGES file in millimetres, and the unit the file is written in."""
+    path = checked_file(Path(path))
+    return read_isolated(path, _read_with_unit, path, faces)
+
+
+def _read_with_unit(path: Path, faces: Sequence[int | str] | None) -> tuple[list[NurbsFace], str]:
     from OCP.IGESCAFControl import IGESCAFControl_Reader
     from OCP.STEPCAFControl import STEPCAFControl_Reader
 
-    path = Path(path)
     iges = path.suffix.lower() in (".iges", ".igs")
     reader = IGESCAFControl_Reader() if iges else STEPCAFControl_Reader()
     reader.SetColorMode(True)
@@ -100,12 +105,11 @@ def _read(
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDocStd import TDocStd_Document
 
-    checked_file(path)
     for printer in Message.DefaultMessenger_s().Printers():
         printer.SetTraceLevel(Message_Alarm)
     Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
     if reader.ReadFile(str(path)) != IFSelect_RetDone:
-        raise InputError(path.name, f"is not a readable {kind} file", "export it again")
+        raise InputError(path.name, f"is not a readable {kind} file", CURE)
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     reader.Transfer(document)
     found = _faces_of(document, reader)

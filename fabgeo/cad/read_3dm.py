@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fabgeo.arrays import Array
+from fabgeo.cad.isolated import CURE, read_isolated
 from fabgeo.cad.read import checked_file, chosen_faces
 from fabgeo.errors import InputError, MissingExtraError
 from fabgeo.surfaces.bspline import BSplineChart
@@ -51,15 +53,18 @@ def read_3dm(
     MissingExtraError
         Without rhino3dm.
     """
-    path = Path(path)
-    checked_file(path)
-    try:
-        import rhino3dm
-    except ImportError as error:
-        raise MissingExtraError(path.name, "rhino") from error
+    path = checked_file(Path(path))
+    if find_spec("rhino3dm") is None:
+        raise MissingExtraError(path.name, "rhino")
+    return read_isolated(path, _read, path, faces, piece)
+
+
+def _read(path: Path, faces: Sequence[int | str] | None, piece: int | str | None) -> Content:
+    import rhino3dm
+
     model = rhino3dm.File3dm.Read(str(path))
     if model is None:
-        raise InputError(path.name, "can't be read as a Rhino file", "save it again from Rhino")
+        raise InputError(path.name, "can't be read as a Rhino file", CURE)
     word = str(model.Settings.ModelUnitSystem).rsplit(".", 1)[-1]
     if word not in UNITS:
         raise InputError(

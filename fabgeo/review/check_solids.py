@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from fabgeo.errors import InputError
-from fabgeo.review.check_work import each
+from fabgeo.review.check_work import each, noted
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
@@ -29,15 +30,22 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
         return
     from joblib import effective_n_jobs
 
+    from fabgeo.cad.isolated import read_isolated
     from fabgeo.cad.stepshare import step_shares
 
     jobs: Any = package.jobs  # joblib takes None too: as `parallel_config` says
     shares = list(step_shares(package.step, effective_n_jobs(jobs)))
     task = partial(_measure_share, frozenset(package.cut_rows), len(shares) > 1)
     try:
-        each(task, shares, package.jobs, measured, findings, few=2, batch=1)
-    except InputError as error:
-        findings.add("model/facade.step", "STEP file", "readable", error.problem)
+        if len(shares) > 1:
+            each(task, shares, package.jobs, measured, findings, few=2, batch=1)
+        else:
+            own, notes = read_isolated(package.step, noted, task, shares[0])
+            measured.take(own)
+            findings.items += notes.items
+    except (InputError, BrokenExecutor) as error:
+        why = error.problem if isinstance(error, InputError) else "is damaged: its reader crashed"
+        findings.add("model/facade.step", "STEP file", "readable", why)
         return
     measured.names.update(Counter(path[-1] for path in measured.fixings))
     measured.figures["solids"] = float(measured.parts)

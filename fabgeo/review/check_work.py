@@ -49,15 +49,16 @@ def each[P](
     parallel = Parallel(
         n_jobs=jobs if len(every) >= few else 1, return_as="generator", batch_size=size
     )
-    found: Any = parallel(delayed(partial(_noted, measure))(part) for part in every)
+    found: Any = parallel(delayed(partial(noted, measure))(part) for part in every)
     for own, notes in found:
         measured.take(own)
         findings.items += notes.items
 
 
-def _noted[P](
+def noted[P](
     measure: Callable[[P, Measured, Findings], None], part: P
 ) -> tuple[Measured, Findings]:
+    """What is measured of one part, and what is found."""
     measured, findings = Measured(), Findings()
     measure(part, measured, findings)
     return measured, findings

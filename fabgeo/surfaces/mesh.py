@@ -25,6 +25,7 @@ from fabgeo.arrays import Array, IntArray, cross, set_frozen
 from fabgeo.errors import InputError
 
 WELD = 1e-7  # vertices closer than this part of the size are one
+ABSURD = 1e15  # a coordinate beyond is as good as infinite: its square has no digits left
 LEAST_RISE = 0.02  # of the area around a vertex, seen along its normal: faces 1 degree from upright
 
 
@@ -107,8 +108,9 @@ def checked_mesh(
     vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
     if not len(faces) or not len(vertices):
         raise InputError(name, "the mesh is empty: it has no face", "export it with its faces")
-    if not np.isfinite(vertices).all():
-        at = int(np.argwhere(~np.isfinite(vertices))[0, 0])
+    absurd = ~(np.abs(vertices) < ABSURD).all(axis=1)
+    if absurd.any():
+        at = int(absurd.argmax())
         raise InputError(name, f"vertex {at} has a coordinate that is not finite", "remove it")
     _check_indices(name, len(vertices), faces)
     welded, vertices = _welded(vertices)

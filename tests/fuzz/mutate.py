@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import random
+import re
 import signal
 import sys
 import tempfile
@@ -23,12 +24,18 @@ from pathlib import Path
 from readers import READERS, TOKENS, Reader
 
 LIMIT = 30  # seconds for one small file
-LARGEST = 1 << 16  # bytes
+LARGEST = 1 << 19  # bytes
+NUMBER = re.compile(rb"#?[-+]?\d[\d.]*(?:[eEdD][-+]?\d+)?")
+WORD = re.compile(rb"[A-Za-z_]{3,}")
+LINE = re.compile(rb"[^\n]*\n")
+NUMBERS = (b"0", b"1", b"-1", b"1E300", b"1E-300", b"1E5", b"2147483647", b"99999999999", b"$")
 
 
 def mutated(seeds: list[bytes], rng: random.Random) -> bytes:
     """A seed with some bytes, lines or tokens changed, taken out, doubled or swapped."""
     data = bytearray(rng.choice(seeds))
+    if rng.random() < 0.5:
+        return _reworded(bytes(data), rng)
     for _ in range(rng.choice((1, 1, 2, 3, 8))):
         size = len(data)
         at = rng.randrange(size + 1)
@@ -49,6 +56,27 @@ def mutated(seeds: list[bytes], rng: random.Random) -> bytes:
         elif size:
             data[at % size] ^= 1 << rng.randrange(8)
     return bytes(data[:LARGEST])
+
+
+def _reworded(data: bytes, rng: random.Random) -> bytes:
+    """The same text with numbers, references (#12) and words changed, or lines left out."""
+    for _ in range(rng.choice((1, 1, 2, 3, 8))):
+        kind = rng.choice((NUMBER, NUMBER, NUMBER, WORD, LINE))
+        found = list(kind.finditer(data))
+        if not found:
+            continue
+        place = rng.choice(found)
+        old = place.group()
+        new = rng.choice(found).group()  # one of its kind
+        if kind is LINE and rng.random() < 0.5:
+            new = b""
+        elif kind is NUMBER and rng.random() < 0.6:
+            sign = old[: old.startswith(b"#")]
+            new = sign + rng.choice(
+                (*NUMBERS, b"%d" % rng.randrange(1000), b"-" + old[len(sign) :])
+            )
+        data = data[: place.start()] + new + data[place.end() :]
+    return data[:LARGEST]
 
 
 def by_chance(reader: Reader, seconds: float, seed: int) -> tuple[int, float]:

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from cadfiles import Forked, iges_files, rhino_files, step_files
+from packagefiles import check_damaged, package_files
 
 from fabgeo.errors import FabgeoError
 
@@ -102,13 +104,31 @@ class Reader:
                 assert not strange, f"files appeared: {strange}"
 
 
-def _surface(path: Path) -> None:
+def _surface(path: Path, unit: str | None = "m") -> None:
     from fabgeo.cad.read_surface import read_surface
 
-    surface = read_surface(path, unit="m")
+    surface = read_surface(path, unit=unit)
     found = surface.closest(np.array([[1500.0, 1500.0, 200.0]]))
     assert np.isfinite(found.point).all(), found
     assert np.isfinite(found.normal).all(), found
+
+
+def _forked() -> None:
+    """Let native readers work in a process that is ready at once, and not for long."""
+    from fabgeo.cad import isolated
+
+    isolated.SECONDS, isolated.start = 5.0, Forked
+
+
+def _native(path: Path) -> None:
+    """Files that state their unit."""
+    _forked()
+    _surface(path, None)
+
+
+def _in_package(path: Path) -> None:
+    _forked()
+    check_damaged(path)
 
 
 def _project(path: Path) -> None:
@@ -248,7 +268,11 @@ READERS = {
     "csv": Reader(".csv", lambda: [CSV.encode()], _surface),
     "json": Reader(".json", _sections, _surface),
     "dxf": Reader(".dxf", _drawings, _surface),
+    "step": Reader(".step", step_files, _native),
+    "iges": Reader(".igs", iges_files, _native),
+    "3dm": Reader(".3dm", rhino_files, _native),
     "part": Reader(".dxf", _parts, _part),
     "model": Reader(".json", lambda: [model_bytes()], _model),
+    "package": Reader("", package_files, _in_package),
     "cache": Reader("", _entries, _entry),
 }

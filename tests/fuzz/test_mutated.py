@@ -10,9 +10,14 @@ from mutate import mutated
 from readers import READERS
 
 FILES = 25
+FEWER = {"step": 8, "iges": 8, "3dm": 8}  # take longest
+SLOW = ("package",)  # is built first
 
 
-@pytest.mark.parametrize("name", READERS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in READERS],
+)
 def test_changed_files(name: str) -> None:
     reader, rng = READERS[name], random.Random(8)
     seeds = reader.seeds()
@@ -20,5 +25,5 @@ def test_changed_files(name: str) -> None:
         warnings.simplefilter("ignore")  # foreign readers warn of foreign bytes
         for data in seeds:
             reader.read_bytes(data)  # the seeds themselves are sound
-        for _ in range(FILES):
+        for _ in range(FEWER.get(name, FILES)):
             reader(mutated(seeds, rng))

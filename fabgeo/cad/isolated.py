@@ -1,0 +1,77 @@
+"""A foreign file read in a process of its own: what would kill or hold up this one is an error.
+
+Native readers die of damaged files (the kernel of every fifth STEP file with a few numbers
+changed) or never come to an end. Their process is kept for the next file, unless it failed.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import threading
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
+from pathlib import Path
+from typing import Any
+
+from joblib.externals.loky import ProcessPoolExecutor
+
+from fabgeo.errors import FabgeoError, InputError
+
+SECONDS = 60.0  # for the smallest file, the start of the process included
+SECONDS_PER_MIB = 30.0  # of its size, besides; the kernel takes about one
+IDLE = 30  # seconds after which the process ends
+CURE = "open it in the program that it came from, repair it there and export it again"
+
+_lock = threading.Lock()
+_kept: list[Any] = []  # the process, if one is running
+
+
+def read_isolated[**P, R](path: Path, read: Callable[P, R], *args: P.args, **named: P.kwargs) -> R:
+    """What `read` gives with these arguments, in another process.
+
+    Parameters
+    ----------
+    path : Path
+        The file that is read: its size limits the time, errors name it.
+    read : callable
+        Importable; arguments and result are pickled.
+
+    Raises
+    ------
+    InputError
+        If the process dies, or takes longer than any sound file of this size.
+    """
+    seconds = SECONDS + SECONDS_PER_MIB * path.stat().st_size / (1 << 20)
+    with _lock:
+        if not _kept:
+            _kept.append(start())
+        try:
+            return _kept[0].submit(_silently, read, *args, **named).result(seconds)
+        except FabgeoError:
+            raise
+        except BaseException as error:
+            _kept.pop().shutdown(kill_workers=True)
+            if isinstance(error, BrokenExecutor):
+                raise InputError(path.name, "is damaged: its reader crashed", CURE) from error
+            if isinstance(error, TimeoutError):
+                problem = f"is damaged: it was not read within {seconds:.0f} s"
+                raise InputError(path.name, problem, CURE) from error
+            if of_kernel(error):
+                raise InputError(path.name, f"is damaged: {error}", CURE) from error
+            raise
+
+
+def start() -> Any:
+    """An executor with one process."""
+    return ProcessPoolExecutor(1, timeout=IDLE)
+
+
+def of_kernel(error: BaseException) -> bool:
+    """Whether the CAD kernel raised it; its exceptions have no base class in the binding."""
+    return type(error).__module__.startswith("OCP.")
+
+
+def _silently[**P, R](read: Callable[P, R], *args: P.args, **named: P.kwargs) -> R:
+    """In the other process: its death is told by an error, not by a dump of it."""
+    faulthandler.disable()
+    return read(*args, **named)

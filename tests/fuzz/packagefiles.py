@@ -1,0 +1,61 @@
+"""The files of a small package, one of which is damaged, and the check of the package with it."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import tempfile
+import zipfile
+from functools import cache
+from pathlib import Path
+
+PROJECT = {
+    "name": "x",
+    "surface": {
+        **{"unit": "m", "u": [0.0, 3.0], "v": [0.0, 2.0]},
+        **{"x": "u", "y": "v", "z": "0.04*u*u - 0.06*v*v"},
+    },
+    "strips": {"kind": "conical", "start": "principal", "count": 2, "segments": 4},
+    "panels": {"length": 1600.0, "joint": 10.0, "tolerance": 3.0},
+    "cells": {"depth": -180.0},
+    "beams": {"standoff": 27.0, "depth": 100.0, "flange_width": 180.0},
+    "connectors": {"spacing": 400.0},
+    "nesting": {"seconds": 0.5},
+}
+UNREAD = (".html", ".pdf", ".svg", ".glb", ".ifc")  # but for their hashes
+
+
+@cache
+def _package() -> tempfile.TemporaryDirectory[str]:
+    import fabgeo
+
+    folder = tempfile.TemporaryDirectory()
+    fabgeo.build_package(PROJECT, folder.name, jobs=1)
+    shutil.rmtree(Path(folder.name, ".fabgeo"), ignore_errors=True)
+    return folder
+
+
+def package_files() -> list[bytes]:
+    """A line with a file's name, then what it holds; the workbook once more, not compressed."""
+    folder = Path(_package().name)
+    found = [p for p in sorted(folder.rglob("*")) if p.is_file() and p.suffix not in UNREAD]
+    out = [f"{p.relative_to(folder)}\n".encode() + p.read_bytes() for p in found]
+    book, stream = folder / "schedules" / "fabgeo.xlsx", io.BytesIO()
+    with zipfile.ZipFile(book) as old, zipfile.ZipFile(stream, "w") as plain:
+        for info in old.infolist():
+            plain.writestr(info.filename, old.read(info))
+    return [*out, f"{book.relative_to(folder)}\n".encode() + stream.getvalue()]
+
+
+def check_damaged(path: Path) -> None:
+    """Check the package with one file as this one says."""
+    from fabgeo.review.check import check_package
+
+    name, _, data = path.read_bytes().partition(b"\n")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = shutil.copytree(_package().name, folder, dirs_exist_ok=True)
+        if name in {str(p.relative_to(copy)).encode() for p in Path(copy).rglob("*.*")}:
+            Path(copy, name.decode()).write_bytes(data)
+        report = check_package(Path(copy), jobs=1)
+        assert list(report.lines())
+        assert report.as_dict()
