@@ -28,6 +28,8 @@ SURFACE = {"surface": {"file": "roof.step"}}
         ({**SURFACE, "materials": {"../x": {"density": 1}}}, "materials"),
         ({**SURFACE, "connectors": {}}, "both are needed"),
         ({**SURFACE, "strips": {"kind": "conic"}}, "strips.kind"),
+        ({**SURFACE, "strips": {"part": [1, 5]}}, 'part needs start = "geodesic"'),
+        ({**SURFACE, "strips": {"start": "geodesic", "part": [6, 5]}}, "no model 6 of 5"),
     ],
 )
 def test_wrong_projects_are_refused_by_key(data: dict, words: str) -> None:

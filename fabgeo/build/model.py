@@ -9,6 +9,7 @@ import numpy as np
 
 from fabgeo.arrays import dot
 from fabgeo.build.progress import Clock
+from fabgeo.fitting.covering import seam_points
 from fabgeo.fitting.fit import FitResult, fit
 from fabgeo.fitting.options import FitOptions, Weights
 from fabgeo.fitting.starts import Start, start
@@ -27,7 +28,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
     seed: Any = asked.seed
     if asked.start == "model":
         seed = base / str(asked.model)
-    own = {"overhang": asked.overhang, "corners": asked.corners}
+    own = {"overhang": asked.overhang, "corners": asked.corners, "part": asked.part}
     options = {name: value for name, value in own.items() if value is not None}
     return start(
         surface,
@@ -44,7 +45,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
 def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitResult:
     """The model fitted to the surface, or to its continuation where the start overhangs it."""
     clock = clock or Clock()
-    options = options_of(project)
+    options = options_of(project, initial.model)
 
     def listen(news: Any) -> None:
         clock.tell(f"stage {news.stage}, {news.segments} segments, step {news.iteration}")
@@ -52,8 +53,8 @@ def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitR
     return fit(initial.reference, initial.model, project.strips.kind, options, listen)
 
 
-def options_of(project: Project) -> FitOptions:
-    """What the fit has to reach, by the project's limits; its own where the project sets none.
+def options_of(project: Project, begun: StripModel | None = None) -> FitOptions:
+    """What the fit of a start has to reach, by the project's limits; its own where it sets none.
 
     Three quarters of them: they are measured more densely than the fit looks. Conical and circular
     models, whose offsets rest on it, are made to twist less than a general one may.
@@ -66,6 +67,7 @@ def options_of(project: Project) -> FitOptions:
         twist_limit_deg=twist,
         kind_limit_deg=min(own.kind_limit_deg, SAFETY * np.degrees(asked.conical_residual)),
         boundary=project.strips.boundary,
+        points=seam_points(begun) if begun is not None and project.strips.part else None,
         weights=Weights(anchor=project.strips.anchor, cover=project.strips.cover),
     )
 

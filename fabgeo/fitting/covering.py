@@ -3,10 +3,13 @@
 Glossary
 --------
 patch of a covering
-    One geodesic strip model; neighbouring patches meet along a border curve across their edges.
+    One geodesic strip model, side by side with its neighbours.
+seam
+    The geodesic that neighbouring models share: it leaves from where their pieces of one geodesic
+    across the surface meet.
 
-The seed curves of the models are consecutive pieces of one geodesic across the surface; neighbours
-share the geodesic that leaves from where their pieces meet.
+Strips come nearer to a surface as they get narrower, so models shrink whose outer edges nothing
+holds: seams are to be fitted to as well.
 """
 
 from __future__ import annotations
@@ -18,13 +21,10 @@ import numpy as np
 
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
-from fabgeo.fitting.starts.draw import model_of_net
-from fabgeo.fitting.starts.geodesic import default_seed, geodesic_net
-from fabgeo.fitting.starts.polyline import even
+from fabgeo.fitting.starts.geodesic import geodesic_start, part_seed
 from fabgeo.fitting.starts.quality import covered
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface
-from fabgeo.surfaces.trace_extension import Extended
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,8 @@ class Covering:
     Attributes
     ----------
     models : tuple of StripModel
-        Initial models of kind "geodesic", each overhanging the surface's boundary.
+        Initial models of kind "geodesic", each overhanging the surface's boundary at its ends. Fit
+        each with `FitOptions(points=seam_points(model))`.
     seeds : tuple of (k, 3) arrays
         The curve that the geodesics of each cross at right angles.
     coverage : float
@@ -56,7 +57,7 @@ def cover(
     segments: int | None = None,
     direction: Any = None,
 ) -> Covering:
-    """Several geodesic starts side by side that cover a surface.
+    """Several geodesic starts side by side that cover a surface; one alone: `part` of its start.
 
     Parameters
     ----------
@@ -74,22 +75,20 @@ def cover(
     """
     if models < 1:
         raise InputError("covering", f"expected one model or more, found {models}")
-    extended = Extended(surface)
-    across = default_seed(surface, direction)
-    pieces = _pieces(across, models)
-    found, seeds = [], []
-    for piece in pieces:
-        net = geodesic_net(extended, piece)
-        model, _ = model_of_net(net, extended, strips, segments)
-        found.append(model.with_control(model.control, kind="geodesic"))
-        seeds.append(piece)
+    seeds = [part_seed(surface, (k + 1, models), direction) for k in range(models)]
+    started = [geodesic_start(surface, strips, segments, seed=seed)[0] for seed in seeds]
+    found = [model.with_control(model.control, kind="geodesic") for model in started]
     widths = tuple(_widths(m, surface) for m in found)
     return Covering(tuple(found), tuple(seeds), _coverage(found, surface), widths)
 
 
-def _pieces(curve: Array, count: int) -> list[Array]:
-    dense = even(curve, 40 * count + 1)
-    return [dense[40 * k : 40 * k + 41] for k in range(count)]
+def seam_points(model: StripModel) -> Array:
+    """Points (k, 3) on both outer edges of a start, for `FitOptions.points` of its fit.
+
+    Fitted to them, models side by side still meet afterwards.
+    """
+    u = model.parameters(2)
+    return model.points(u)[[0, -1]].reshape(-1, 3)
 
 
 def _coverage(models: list[StripModel], surface: DesignSurface, samples: int = 600) -> float:

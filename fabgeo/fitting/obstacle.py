@@ -23,18 +23,27 @@ from fabgeo.fitting.held import Held
 from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.reference import Reference, Side
 from fabgeo.fitting.samples import Net, Sites
+from fabgeo.strips.model import Kind
 
 LEAST_ANGLE = np.radians(15.0)  # between a direction and its conjugate
 LEAST_TWIST = np.radians(0.2)  # of the surface along one ruling: less does not matter
 SINGLE_CURVED = 0.1  # smaller over larger principal curvature, up to which it is called so
 UMBILIC = 0.15  # difference of the principal curvatures over their sum
 _PRINCIPAL = "let strips follow the principal directions (start 'principal')"
+_SEVERAL = (
+    "where geodesics spread or meet, the rulings conjugate to them do too: cover the surface by "
+    "several models side by side (strips.part)"
+)
 CONJUGATE = 3.0  # degrees up to which rulings are called conjugate to the edges
 TURN = np.radians(25.0)  # of the surface's normal along one ruling
 
 
 def obstacle(
-    state: State, held: Held, place: tuple[int, float] | None, tried: Collection[str] = ()
+    state: State,
+    held: Held,
+    place: tuple[int, float] | None,
+    tried: Collection[str] = (),
+    kind: Kind = "general",
 ) -> str:
     """What keeps a model off its surface, in words, each with strip or edge and u.
 
@@ -47,12 +56,16 @@ def obstacle(
         Strip and u that are looked into: where it twists or deviates most.
     tried : collection of str
         Methods of a start that were tried, which are not advised again.
+    kind : str
+        Of the model: edges of a geodesic one cannot be turned to the principal directions.
     """
     words = _borders(state.net, state.control, state.reference, held)
     if place is not None:
         strip, u = place
         bound = bool(held.edges or held.ends)
-        words.append(_inside(state, strip, u, "principal" not in tried, bound))
+        geodesic = kind == "geodesic"
+        advise = "principal" not in tried and not geodesic
+        words.append(_inside(state, strip, u, advise, bound, geodesic))
     return "; ".join(words)
 
 
@@ -74,7 +87,7 @@ def _borders(net: Net, control: Array, reference: Reference, held: Held) -> list
     return words
 
 
-def _inside(state: State, strip: int, u: float, advise: bool, bound: bool) -> str:
+def _inside(state: State, strip: int, u: float, advise: bool, bound: bool, geodesic: bool) -> str:
     """What the surface is like at a place; `advise` principal strips, a `bound` border freed."""
     net, reference = state.net, state.reference
     sites = Sites(net, np.array([[min(u, net.segments - 1e-9)]]), np.ones((1, 1)))
@@ -125,7 +138,7 @@ def _inside(state: State, strip: int, u: float, advise: bool, bound: bool) -> st
     return place + (
         f"the direction conjugate to the edges is {away:.0f} degrees away from the rulings, which "
         f"neighbouring strips {'or the boundary ' * bound}hold there"
-        + _cures(advise and _PRINCIPAL, bound and "free the border")
+        + _cures(advise and _PRINCIPAL, geodesic and _SEVERAL, bound and "free the border")
     )
 
 

@@ -79,7 +79,7 @@ def _why(
         place = figures.deviation_strip, figures.deviation_u
     else:
         return []
-    why = obstacle(state, level.held, place, tried)
+    why = obstacle(state, level.held, place, tried, level.kind)
     if within:
         why = f"{figures.deviation_over_sag:.2g} times the sag limit off the surface: {why}"
     return [why] if why else []

@@ -68,7 +68,8 @@ class Strips(Table):
     stop short of it. `corners`: four points, in mm, beside which the boundary is divided into the
     four sides between which edges and rulings run (start = "iso"). `cover`: the weight by which
     overhanging ends are kept beyond the boundary. `give`: strips may give way towards cheaper
-    panels, up to so many mm from the surface.
+    panels, up to so many mm from the surface. `part`: which one, from 1, of how many geodesic
+    models side by side that cover the surface together (start = "geodesic").
     """
 
     kind: Literal["general", "conical", "circular", "geodesic"] = "general"
@@ -86,6 +87,15 @@ class Strips(Table):
     overhang: tuple[Overhang, Overhang] | None = None
     corners: tuple[Point, Point, Point, Point] | None = None
     give: Positive | None = None
+    part: tuple[Count, Count] | None = None
+
+    @model_validator(mode="after")
+    def _part_of_geodesics(self) -> Strips:
+        if self.part is not None and self.start != "geodesic":
+            raise ValueError('part needs start = "geodesic"')
+        if self.part is not None and self.part[0] > self.part[1]:
+            raise ValueError(f"part: there is no model {self.part[0]} of {self.part[1]}")
+        return self
 
 
 class Panels(Table):

@@ -4,16 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from fabgeo.errors import InputError
-from fabgeo.fitting.covering import cover
+from fabgeo.fitting.covering import cover, seam_points
 from fabgeo.fitting.fit import fit
+from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.planks import developed, opposite_congruence, planks
+from fabgeo.fitting.starts import start
 from fabgeo.fitting.starts.net import model_through
+from fabgeo.fitting.starts.quality import quality
 from fabgeo.strips.measures import measure
+from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.formula import FormulaSurface
+from fabgeo.surfaces.trace_extension import Extended
 
 BOWL = FormulaSurface("u", "v", "-2e-5*u**2 - 1e-5*v**2", (-5e3, 5e3), (-3e3, 3e3))
+DEEP = FormulaSurface("u", "v", "1.5e-4*(v**2 - u**2)", (-5e3, 5e3), (-5e3, 5e3))
+
+
+def apart(one: StripModel, other: StripModel) -> float:
+    """How far the last edge of a model is from the first of the next, within DEEP's domain."""
+    u = np.linspace(0.0, one.segments, 200)
+    w = np.linspace(0.0, other.segments, 20001)
+    points = one.edge(one.strips, u)
+    inside = np.abs(points[:, :2]).max(axis=1) < 4.5e3
+    return float(KDTree(other.edge(0, w)).query(points[inside])[0].max())
 
 
 def cone_strips():
@@ -59,7 +75,7 @@ def test_five_models_cover_an_interior_with_planks_of_one_width():
     assert min(low for low, _ in found.widths) > 0.95
     assert max(high for _, high in found.widths) < 1.05
     for model in found.models:
-        result = fit(BOWL, model, kind="geodesic")
+        result = fit(Extended(BOWL), model, "geodesic", FitOptions(points=seam_points(model)))
         assert result.status == "converged"
         assert opposite_congruence(result.model).max() < 1e-4
         told = measure(result.model)
@@ -67,6 +83,43 @@ def test_five_models_cover_an_interior_with_planks_of_one_width():
         assert np.degrees(told.geodesic.value) < 0.01
         assert told.twist_deg.value < 0.02
         assert max(plank.bow for plank in planks(result.model)) < 1.0
+
+
+@pytest.mark.slow
+def test_models_side_by_side_follow_a_saddle_that_one_alone_cannot():
+    # Curvatures of 0.3 per m: conjugate rulings between geodesics spread more than twofold.
+    fitted = []
+    for number in (1, 2):
+        begun = start(DEEP, "geodesic", 4, 24, part=(number, 5))
+        options = FitOptions(points=seam_points(begun.model))
+        result = fit(begun.reference, begun.model, "geodesic", options)
+        assert result.status == "converged"
+        assert opposite_congruence(result.model).max() < 1e-5
+        fitted.append(result.model)
+    assert apart(*fitted) < 10.0  # strips are a metre wide
+
+
+@pytest.mark.slow
+def test_one_model_that_cannot_follow_says_that_several_can():
+    begun = start(DEEP, "geodesic", 16, 16)
+    result = fit(begun.reference, begun.model, "geodesic", FitOptions(refinements=0))
+    assert result.status == "limited"
+    assert "cover the surface by several models side by side" in result.reason
+    assert "principal" not in result.reason
+
+
+def test_rulings_between_geodesics_end_where_conjugate_ones_lead():
+    free = start(DEEP, "geodesic", 4, 16, part=(1, 5))
+    held = start(DEEP, "geodesic", 4, 16, part=(1, 5), ends="held")
+    twist = [quality(s.model, Extended(DEEP), 1).twist_rms for s in (free, held)]
+    assert twist[0] < 0.5 * twist[1]
+
+
+def test_neighbouring_models_start_from_one_seam():
+    one, other = (start(DEEP, "geodesic", 2, 12, part=(k, 3)).model for k in (1, 2))
+    assert apart(one, other) < 5.0
+    with pytest.raises(InputError, match="one from 1 to 3"):
+        start(DEEP, "geodesic", 2, 12, part=(4, 3))
 
 
 def test_a_covering_of_nothing_is_refused():

@@ -38,6 +38,10 @@ length = 4000.0
 width = 260.0
 """
 
+PART = """start = "geodesic"
+part = [2, 3]
+count = 3"""
+
 
 @pytest.mark.slow
 def test_planks_are_nearly_straight_and_lie_edge_to_edge(tmp_path: Path) -> None:
@@ -57,3 +61,17 @@ def test_planks_are_nearly_straight_and_lie_edge_to_edge(tmp_path: Path) -> None
     assert len(beside) == len(panels) - 1
     # Laid side by side unmirrored, a lens of 1.8 mm stays open; mirrored they are one curve.
     assert max(beside) < 1e-4 * float(panels[0]["flat_length_mm"])
+
+
+@pytest.mark.slow
+def test_one_of_several_models_is_built_with_a_plank_for_each_strip(tmp_path: Path) -> None:
+    part = ROOF.replace('kind = "geodesic"\ncount = 10', 'kind = "geodesic"\n' + PART)
+    (tmp_path / "roof.toml").write_text(part)
+    build_package(tmp_path / "roof.toml", tmp_path / "out")
+    with (tmp_path / "out" / "schedules" / "panels.csv").open(encoding="utf-8") as stream:
+        panels = list(csv.DictReader(stream))
+    assert len(panels) == 3
+    assert all(float(row["plank_yield"]) > 0.5 for row in panels)
+    # Three models of three strips lie across 2 m and its arc: none has drawn in.
+    width = sum(float(row["flat_width_mm"]) for row in panels)
+    assert 2000.0 / 3.0 <= width <= 1.1 * 2000.0 / 3.0

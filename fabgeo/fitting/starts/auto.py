@@ -20,13 +20,13 @@ OF_KIND: dict[Kind, tuple[tuple[str, str], ...]] = {  # what is tried first
     "general": PLAIN,
     "conical": PRINCIPAL,
     "circular": PRINCIPAL,
-    "geodesic": PLAIN,
+    "geodesic": GEODESIC,
 }
 FURTHER: dict[Kind, tuple[tuple[str, str], ...]] = {  # and where none of these works
     "general": (*PRINCIPAL, *GEODESIC),
     "conical": PLAIN,  # geodesics are hardly ever principal lines
     "circular": PLAIN,
-    "geodesic": (*GEODESIC, *PRINCIPAL),
+    "geodesic": (*PLAIN, *PRINCIPAL),
 }
 SHORT = 0.04  # of their length, by which edges stop before a boundary that has no corner there
 

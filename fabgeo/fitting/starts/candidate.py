@@ -126,8 +126,8 @@ def trials(
 def all_round(
     surface: DesignSurface, method: str, kind: Kind, options: dict[str, Any]
 ) -> dict[str, Any]:
-    """Options of iso and mesh starts: a net of principal lines overhangs, as nothing holds it."""
-    if kind not in ("conical", "circular") or not surface.loops or "overhang" in options:
+    """Options of iso and mesh starts: a net of a special kind overhangs, as nothing holds it."""
+    if kind == "general" or not surface.loops or "overhang" in options:
         return options
     own = {"iso": {"overhang": ALL_ROUND, "across": True}, "mesh": {"around": True}}
     return {**options, **own.get(method, {})}

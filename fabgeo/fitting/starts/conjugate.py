@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
-from fabgeo.arrays import Array, IntArray, cross, dot, unit
+from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, unit
 from fabgeo.fitting.starts.net import Net
 
 LEAST_GAP = 0.35  # of the even spacing: closer stations count as not monotone
@@ -41,8 +41,8 @@ def conjugate_parameters(
     segments : int
         Number of segments along the edges.
     ends : "held" or "free"
-        Whether the first and last points of open edges stay at t = 0 and 1, or may move (then they
-        may leave [0, 1] a little: the model overhangs).
+        Whether the first and last points of open edges stay at t = 0 and 1, or move to where the
+        rulings that end no edge short of [0, 1] lead (the model overhangs at all others).
 
     Returns
     -------
@@ -52,15 +52,17 @@ def conjugate_parameters(
         What was gained, or why the even stations were kept.
     """
     even = np.broadcast_to(net.stations(segments), (len(s), _columns(net, segments))).copy()
-    best, start = even, _rms(_sine(net, s, even))
-    least, scale = start, 1.0 / segments
-    for fairness in (1.0, 0.3, 0.1, 0.03, 0.01):
-        found = _solve(net, s, best, fairness, ends, steps, scale)
-        if not _smooth(found, net.closed_t, scale):
-            break
-        level = _rms(_sine(net, s, found))
-        if level < least:
-            best, least = found, level
+    start = _rms(_sine(net, s, even))
+    free = np.ones(even.shape, dtype=bool)
+    if not net.closed_t:
+        # With none held at an end all rulings would slide into one.
+        free[slice(None) if ends == "held" else len(s) // 2, [0, -1]] = False
+    best, least = _relaxed(net, s, even, free, steps)
+    if ends == "free" and not net.closed_t:
+        least_far = np.argmax(best[:, 0]), np.argmin(best[:, -1])
+        free[:, [0, -1]] = True
+        free[least_far, [0, -1]] = False
+        best, least = _relaxed(net, s, even, free, steps)
     if best is even:
         return even, "even stations kept: conjugate ones were not monotone or no better"
     return best, (
@@ -68,13 +70,26 @@ def conjugate_parameters(
     )
 
 
+def _relaxed(net: Net, s: Array, even: Array, free: BoolArray, steps: int) -> tuple[Array, float]:
+    """The best parameters from even ones on while their fairness is relaxed, and their twist."""
+    best, least = even, _rms(_sine(net, s, even))
+    scale = 1.0 / (even.shape[1] - (not net.closed_t))
+    for fairness in (1.0, 0.3, 0.1, 0.03, 0.01):
+        found = _solve(net, s, best, fairness, np.flatnonzero(free), steps, scale)
+        if not _smooth(found, net.closed_t, scale):
+            break
+        level = _rms(_sine(net, s, found))
+        if level < least:
+            best, least = found, level
+    return best, least
+
+
 def _solve(
-    net: Net, s: Array, t: Array, fairness: float, ends: str, steps: int, scale: float
+    net: Net, s: Array, t: Array, fairness: float, free: IntArray, steps: int, scale: float
 ) -> Array:
     """Gauss-Newton with step control on twist and fairness, from parameters t."""
     fair = fairness / scale * _fairness(t.shape, net.closed_s, net.closed_t)
     base = t if net.closed_t else np.broadcast_to(np.linspace(0, 1, t.shape[1]), t.shape)
-    free = _free(t.shape, ends, net.closed_t)
     damping = 1e-6
 
     def total(at: Array) -> tuple[Array, float]:
@@ -151,13 +166,6 @@ def _difference(count: int, order: int, closed: bool) -> csr_array:
     row = np.repeat(np.arange(rows), order + 1)
     column = (row + np.tile(np.arange(order + 1), rows)) % count
     return csr_array((np.tile(weights, rows), (row, column)), shape=(rows, count))
-
-
-def _free(shape: tuple[int, int], ends: str, closed_t: bool) -> IntArray:
-    free = np.ones(shape, dtype=bool)
-    if not closed_t and ends == "held":
-        free[:, [0, -1]] = False
-    return np.flatnonzero(free)
 
 
 def _gaps(t: Array, closed: bool) -> Array:

@@ -15,7 +15,7 @@ from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
 from fabgeo.fitting.starts.overhang import uncovered
-from fabgeo.fitting.starts.polyline import even_with_tangents
+from fabgeo.fitting.starts.polyline import even, even_with_tangents
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
 from fabgeo.surfaces.trace import both_ways, conjugate_direction, trace_geodesics
@@ -23,6 +23,7 @@ from fabgeo.surfaces.trace_extension import Extended
 
 LINES, STEPS = 25, 32
 SQUARE = 0.9  # width over length, from which on a surface has no longer axis
+OF_A_PIECE = 40  # chords of a seed curve that several models leave from
 LEAST_LEAN = np.radians(45.0)  # between geodesics and the direction conjugate to them
 ROUNDS = 4  # of seed curves that go on farther, until the surface is covered
 
@@ -36,6 +37,7 @@ def geodesic_start(
     *,
     angle: float = 90.0,
     overhang: float = 0.5,
+    part: tuple[int, int] | None = None,
     **options: Any,
 ) -> tuple[StripModel, list[str]]:
     """Edges along geodesics that cross a seed curve, overhanging the boundary.
@@ -51,13 +53,18 @@ def geodesic_start(
         The curve they leave from; by default the geodesic through the middle, across `direction`.
     angle : float
         Degrees between seed curve and geodesics.
+    part : (int, int), optional
+        Which one, from 1, of how many models side by side that cover the surface together; each
+        leaves from its piece of the seed curve.
     """
     extended = Extended(surface)
+    if part is not None and seed is None:
+        seed = part_seed(surface, part, direction)
     if seed is None:
         net = _covering_net(extended, direction, angle, overhang)
     else:
         net = geodesic_net(extended, checked("seed", seed, (None, 3)), angle, overhang)
-    model, notes = model_of_net(net, extended, strips, segments, **options)
+    model, notes = model_of_net(net, extended, strips, segments, **{"ends": "free", **options})
     return model, [f"geodesics at {angle:.0f} deg to a seed curve", *notes]
 
 
@@ -121,6 +128,21 @@ def geodesic_net(
             "cover the surface by several models, or start from another curve",
         )
     return Net(rows)
+
+
+def part_seed(surface: DesignSurface, part: tuple[int, int], direction: Any = None) -> Array:
+    """The piece of the default seed curve that one of several models side by side leaves from.
+
+    Raises
+    ------
+    InputError
+        If there is no such part.
+    """
+    number, count = part
+    if not 1 <= number <= count:
+        raise InputError("part", f"expected one from 1 to {count}, found {number}")
+    whole = even(default_seed(surface, direction), OF_A_PIECE * count + 1)
+    return whole[OF_A_PIECE * (number - 1) : OF_A_PIECE * number + 1]
 
 
 def default_seed(
