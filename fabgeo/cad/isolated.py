@@ -6,7 +6,7 @@ changed) or never come to an end. Their process is kept for the next file, unles
 
 from __future__ import annotations
 
-import faulthandler
+import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
@@ -72,6 +72,9 @@ def of_kernel(error: BaseException) -> bool:
 
 
 def _silently[**P, R](read: Callable[P, R], *args: P.args, **named: P.kwargs) -> R:
-    """In the other process: its death is told by an error, not by a dump of it."""
-    faulthandler.disable()
+    """In the other process: what is wrong is told by an error, and nothing else is printed."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    os.close(nowhere)
     return read(*args, **named)

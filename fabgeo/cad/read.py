@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fabgeo.cad.failures import refuse_failures
 from fabgeo.cad.isolated import CURE, read_isolated
 from fabgeo.cad.nurbsface import nurbs_face
 from fabgeo.errors import InputError
@@ -112,6 +113,7 @@ def _read(
         raise InputError(path.name, f"is not a readable {kind} file", CURE)
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     reader.Transfer(document)
+    basic = reader.ChangeReader() if kind == "STEP" else reader
     found = _faces_of(document, reader)
     if not found:
         raise InputError(
@@ -119,6 +121,7 @@ def _read(
             f"the {kind} file holds no face",
             "export surfaces or solids, not curves, points or meshes",
         )
+    refuse_failures(path.name, kind, basic.WS())
     names = [name or f"face {i}" for i, (_, name, _) in enumerate(found)]
     picked = range(len(found)) if chosen is None else chosen_faces(path.name, names, chosen)
     return [nurbs_face(path.name, found[i][0], names[i], found[i][2]) for i in picked]

@@ -8,6 +8,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -80,11 +81,7 @@ class WrittenPackage:
 
     def table(self, name: str) -> list[dict[str, str]]:
         """Rows of a schedule; empty if it is absent."""
-        path = self.folder / "schedules" / f"{name}.csv"
-        if not path.is_file():
-            return []
-        with path.open(encoding="utf-8", newline="") as stream:
-            return list(csv.DictReader(stream))
+        return csv_rows(self.folder / "schedules" / f"{name}.csv")
 
     @cached_property
     def tables(self) -> dict[str, list[dict[str, str]]]:
@@ -109,11 +106,8 @@ class WrittenPackage:
     def setout(self) -> dict[str, list[dict[str, str]]]:
         """Rows of setout/points.csv by mark."""
         own: dict[str, list[dict[str, str]]] = defaultdict(list)
-        path = self.folder / "setout" / "points.csv"
-        if path.is_file():
-            with path.open(encoding="utf-8", newline="") as stream:
-                for row in csv.DictReader(stream):
-                    own[row.get("mark", "")].append(row)
+        for row in csv_rows(self.folder / "setout" / "points.csv"):
+            own[row.get("mark", "")].append(row)
         return own
 
     @property
@@ -140,6 +134,24 @@ class WrittenPackage:
     def layer(self, name: str) -> str:
         """The shop's name of a DXF layer."""
         return str((self.setting("cutting", "layers", {}) or {}).get(name, name))
+
+
+def csv_rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a CSV file by the names of its columns; empty if it is absent.
+
+    Whatever is damaged stays a cell of text, which agrees with nothing.
+    """
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
+        lines = csv.reader(stream)
+        try:
+            names = next(lines, [])
+            return [
+                dict(zip_longest(names, line[: len(names)], fillvalue="")) for line in lines if line
+            ]
+        except csv.Error:  # a cell without end
+            return []
 
 
 def number(row: Mapping[str, str], key: str) -> float | None:

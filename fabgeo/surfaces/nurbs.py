@@ -10,6 +10,7 @@ import numpy as np
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.surfaces.bspline import BSplineChart
+from fabgeo.surfaces.mesh import ABSURD
 from fabgeo.surfaces.parametric import ParametricSurface
 from fabgeo.surfaces.trims import Trim
 
@@ -73,7 +74,10 @@ class NurbsSurface(ParametricSurface):
         charts = [face.chart() for face in faces]
         trims = []
         for face, chart in zip(faces, charts, strict=True):
-            trim = _checked_trim(f"{name}, {face.name or 'face'}", face.trims)
+            where = f"{name}, {face.name or 'face'}"
+            if np.abs(face.poles).max() > ABSURD:
+                raise InputError(where, f"has a pole beyond {ABSURD:g} mm", "rebuild the face")
+            trim = _checked_trim(where, face.trims)
             trims.append(None if trim is None or trim.is_whole(chart) else trim)
         super().__init__(name, charts, trims, tolerance)
 

@@ -6,8 +6,12 @@ import io
 import shutil
 import tempfile
 import zipfile
+from collections.abc import Callable
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 PROJECT = {
     "name": "x",
@@ -19,7 +23,7 @@ PROJECT = {
     "panels": {"length": 1600.0, "joint": 10.0, "tolerance": 3.0},
     "cells": {"depth": -180.0},
     "beams": {"standoff": 27.0, "depth": 100.0, "flange_width": 180.0},
-    "connectors": {"spacing": 400.0},
+    "connectors": {"spacing": 900.0},
     "nesting": {"seconds": 0.5},
 }
 UNREAD = (".html", ".pdf", ".svg", ".glb", ".ifc")  # but for their hashes
@@ -47,8 +51,27 @@ def package_files() -> list[bytes]:
     return [*out, f"{book.relative_to(folder)}\n".encode() + stream.getvalue()]
 
 
+@cache
+def _read_once() -> Callable[..., Any]:
+    """`read_isolated`, which measures the solids of a sound model only once."""
+    from fabgeo.cad.isolated import read_isolated
+
+    sound = Path(_package().name, "model", "facade.step").read_bytes()
+    first: list[Any] = []
+
+    def read(path: Path, function: Callable[..., Any], task: object, text: bytes) -> Any:
+        if text != sound:
+            return read_isolated(path, function, task, text)
+        if not first:
+            first.append(read_isolated(path, function, task, text))
+        return deepcopy(first[0])
+
+    return read
+
+
 def check_damaged(path: Path) -> None:
     """Check the package with one file as this one says."""
+    from fabgeo.cad import isolated
     from fabgeo.review.check import check_package
 
     name, _, data = path.read_bytes().partition(b"\n")
@@ -56,6 +79,7 @@ def check_damaged(path: Path) -> None:
         copy = shutil.copytree(_package().name, folder, dirs_exist_ok=True)
         if name in {str(p.relative_to(copy)).encode() for p in Path(copy).rglob("*.*")}:
             Path(copy, name.decode()).write_bytes(data)
-        report = check_package(Path(copy), jobs=1)
+        with patch.object(isolated, "read_isolated", _read_once()):
+            report = check_package(Path(copy), jobs=1)
         assert list(report.lines())
         assert report.as_dict()

@@ -113,6 +113,29 @@ def test_unreadable_step(tmp_path, content):
         read_surface(tmp_path / "bad.step")
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        (r"CARTESIAN_POINT\('',\(1\.E\+03", "CARTESIAN_POINT('',('x'", "CartesianPoint, entity"),
+        (r"PLANE\('',#\d+\)", "PLANE('',#1)", "Plane, entity"),  # else a drum without its lid
+        (r"CIRCLE\('',#\d+", "CIRCLE('',#1", "Circle, entity"),  # else a lid without its border
+    ],
+)
+def test_geometry_lost_on_the_way_is_refused(tmp_path, old, new, what):
+    """The kernel puts zeros for what is no number and leaves out faces and trims, silently."""
+    import re
+
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
+    path = tmp_path / "drum.step"
+    write_step(path, BRepPrimAPI_MakeCylinder(1000.0, 3000.0).Shape(), "MM")
+    text, count = re.subn(old, new, path.read_text(), count=1)
+    assert count == 1
+    path.write_text(text)
+    with pytest.raises(InputError, match=rf"drum\.step: holds damaged STEP geometry: {what}"):
+        read_surface(path)
+
+
 def test_step_without_faces(tmp_path):
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     from OCP.gp import gp_Pnt
