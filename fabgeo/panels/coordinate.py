@@ -18,6 +18,7 @@ from fabgeo.panels.fit_shape import Targets, fit
 from fabgeo.panels.joints import Joints, made_boundary, turned
 from fabgeo.panels.limits import Tolerances
 from fabgeo.panels.pool import CLASSES
+from fabgeo.panels.radii import nearest
 from fabgeo.panels.samples import Samples
 
 _AT = np.array([0, 4, 8])  # of the joints' nine samples
@@ -30,11 +31,17 @@ class Coordination:
     ----------
     samples, joints, tolerances
         The panels' samples, their joints and the limits.
+
+    Attributes
+    ----------
+    radii : (n,) array
+        The radii that cylinders may have, mm; none: any.
     """
 
     def __init__(self, samples: Samples, joints: Joints, tolerances: Tolerances) -> None:
         self.samples, self.joints, self.tolerances = samples.thinned(), joints, tolerances
         self.size = samples.size
+        self.radii: Array = np.zeros(0)
         self.own = joints.own
         self.colour = _colours(len(samples), joints)
         touching: list[list[tuple[int, int]]] = [[] for _ in range(len(samples))]
@@ -83,8 +90,11 @@ class Coordination:
         stand = guess if carriers is None else carriers
         targets = self._targets(index, stand, kind)
         name = CLASSES[k]
-        guess = guess[index].as_class(name)
-        return fit(targets, guess, name, self.size[index], powers=(2.0, 12.0), steps=8)
+        guess, moves = guess[index].as_class(name), name
+        if name == "cylinder" and len(self.radii):
+            near = nearest(guess.k, self.radii)
+            guess, moves = Carriers(guess.origin, guess.frame, near, guess.g), "rolled"
+        return fit(targets, guess, moves, self.size[index], powers=(2.0, 12.0), steps=8)
 
     def _targets(self, index: IntArray, carriers: Carriers, kind: IntArray) -> Targets:
         limits = self.tolerances

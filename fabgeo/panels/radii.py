@@ -13,6 +13,8 @@ import numpy as np
 
 from fabgeo.arrays import Array
 
+_HALVINGS = 20  # of shares of slacks
+
 
 def nearest(curvature: Array, radii: Array) -> Array:
     """Curvatures (p,) of the nearest radii of a list (nearest in curvature), signs kept."""
@@ -30,8 +32,9 @@ def fewest(curvature: Array, slack: Array, most: int | None = None) -> Array:
     """Radii that serve as many cylinders as possible with few of them.
 
     Every cylinder accepts the interval of curvatures within its slack. Stabbing the intervals at
-    their lowest open right end needs the fewest radii; where `most` allows fewer still, those that
-    serve most cylinders are taken, one after the other.
+    their lowest open right end needs the fewest radii. Where `most` allows more, they come nearer
+    to the cylinders: the largest share of a slack that any one uses is least. Where it allows
+    fewer, those that serve most cylinders are taken, one after the other.
 
     Parameters
     ----------
@@ -40,12 +43,15 @@ def fewest(curvature: Array, slack: Array, most: int | None = None) -> Array:
     most : int, optional
         Most radii allowed.
     """
-    low, high = np.abs(curvature) - slack, np.abs(curvature) + slack
-    stabs: list[float] = []
-    for i in np.argsort(high):
-        if not stabs or low[i] > stabs[-1]:
-            stabs.append(float(high[i]))
-    offered = np.array(stabs)
+    curvature = np.abs(curvature)
+    share, none = 1.0, 0.0
+    if most is not None and len(_stabs(curvature, slack)) < most:
+        for _ in range(_HALVINGS):
+            half = (share + none) / 2.0
+            enough = len(_stabs(curvature, half * slack)) <= most
+            share, none = (half, none) if enough else (share, half)
+    offered = _stabs(curvature, share * slack)
+    low, high = curvature - share * slack, curvature + share * slack
     # The middle of what all served intervals share is the safest place.
     serves = (low[:, None] <= offered) & (offered <= high[:, None])
     shared = np.array([(low[s].max() + high[s].min()) / 2.0 for s in serves.T])
@@ -58,3 +64,13 @@ def fewest(curvature: Array, slack: Array, most: int | None = None) -> Array:
             left &= ~serves[:, best]
         shared = shared[sorted(set(kept))]
     return 1.0 / np.maximum(shared, 1e-12)
+
+
+def _stabs(curvature: Array, slack: Array) -> Array:
+    """The fewest curvatures of which every cylinder accepts one."""
+    low, high = curvature - slack, curvature + slack
+    stabs: list[float] = []
+    for i in np.argsort(high):
+        if not stabs or low[i] > stabs[-1]:
+            stabs.append(float(high[i]))
+    return np.array(stabs)

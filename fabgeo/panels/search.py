@@ -84,17 +84,19 @@ class Search:
             able = self.own.possible[:, k] & (slack > 0.0) & (best.k != 0.0)
             if not able.any():
                 return
-            found = fewest(best.k[able], slack[able], radii)
             if radii is None:
                 found = 1.0 / np.abs(best.k[able])
+            else:
+                found = fewest(best.k[able], slack[able], radii)
             self.radii = found if step is None else multiples(found, step)
         else:
             self.radii = np.array(radii, dtype=float)
+        self.coordination.radii = self.radii
         self.pool = self.pool[np.flatnonzero(self.pool.kind != k)]
         self.distinct = Distinct(self.samples, _FINE * self.tolerances.gap_mm)
         everyone = np.arange(len(self.samples))
         for near in self.rolled(everyone, best):
-            self._add_as_they_are(everyone, k, near)
+            self.add(everyone, k, near)
         self.pairs = pairs_of(self.pool, self.joints, self.tolerances)
         self.current = greedy(self.pool, self.pairs, self.costs)
 
@@ -181,16 +183,12 @@ class Search:
         return result
 
     def add(self, index: IntArray, k: int, carriers: Carriers) -> None:
-        """Placements of class k, of `carriers` (one a panel of all) those of some panels."""
+        """Placements of class k, of `carriers` (one a panel of all) those of some panels.
+
+        Cylinders have allowed radii by then.
+        """
         if len(index) == 0:
             return
-        if len(self.radii) and k == CLASSES.index("cylinder"):
-            for near in self.rolled(index, carriers):
-                self._add_as_they_are(index, k, near)
-        else:
-            self._add_as_they_are(index, k, carriers)
-
-    def _add_as_they_are(self, index: IntArray, k: int, carriers: Carriers) -> None:
         found = measured(index, k, carriers[index], self.samples[index], self.tolerances)
         both = self.pool.with_more(allowed(found, self.patches, self.tolerances))
         self.pool = both[self.distinct.kept(both, len(self.pool))]

@@ -134,6 +134,23 @@ def test_fewest_radii_serve_all_and_no_fewer_could() -> None:
     assert 3 <= served.sum() < 60
 
 
+def test_more_radii_than_needed_come_nearer() -> None:
+    rng = np.random.default_rng(3)
+    curvature, slack = rng.uniform(1e-4, 3e-4, 60), rng.uniform(2e-6, 2e-5, 60)
+
+    def used(most: int | None) -> float:
+        """The largest share of its slack that a cylinder uses at its nearest radius."""
+        offered = 1.0 / fewest(curvature, slack, most)
+        assert most is None or len(offered) <= most
+        return float((np.abs(curvature[:, None] - offered) / slack[:, None]).min(axis=1).max())
+
+    needed = len(fewest(curvature, slack))
+    shares = [used(most) for most in (None, needed + 3, 2 * needed, 60)]
+    assert np.all(np.diff(shares) < 0.0)
+    assert shares[0] <= 1.0 + 1e-9
+    assert shares[-1] == pytest.approx(0.0, abs=1e-5)
+
+
 @pytest.mark.parametrize(("count", "shift"), [(2, 0), (2, 1), (3, 2)])
 def test_windows_are_neighbours_and_no_strip_is_in_two(
     panels: list[PanelInput], count: int, shift: int
@@ -157,6 +174,19 @@ def test_few_radii(panels: list[PanelInput]) -> None:
     found = choose(panels, LIMITS, rounds=1, radii=2)
     assert distinct_radii(found.panels) <= 2
     assert all(c.gap_mm <= LIMITS.gap_mm for c in found.panels)
+
+
+@pytest.mark.slow
+def test_offered_radii_cost_no_more_where_a_free_choice_has_them(panels: list[PanelInput]) -> None:
+    """Cylinders of offered radii settle with their neighbours as others do."""
+    free = choose(panels, LIMITS, rounds=1)
+    own = [c.shape.radius for c in free.panels if isinstance(c.shape, Cylinder)]
+    assert len(own) > 3
+    found = choose(panels, LIMITS, rounds=1, radii=own)
+    assert found.cost <= free.cost
+    rolled = [c.shape.radius for c in found.panels if isinstance(c.shape, Cylinder)]
+    assert np.abs(np.array(rolled)[:, None] / own - 1.0).min(axis=1).max() < 1e-9
+    assert choose(panels, LIMITS, rounds=1, radii_step=250.0).cost <= 1.03 * free.cost
 
 
 def test_reasons_name_what_excludes_cheaper_classes(chosen: JointChoice) -> None:
