@@ -27,7 +27,7 @@ from fabgeo.build.parallel import Work, results
 from fabgeo.build.progress import Clock
 from fabgeo.errors import PartError
 from fabgeo.panels.flat import FlatPart
-from fabgeo.project import Nesting, Project
+from fabgeo.project import Cutting, Nesting, Project
 from fabgeo.sheets.nest import AT_ONCE, nest
 from fabgeo.sheets.pieces import piece_of
 from fabgeo.sheets.stock import Nest, Sheet, Stock
@@ -63,7 +63,7 @@ def nests_of(
     for (material, thickness), parts in sorted(groups.items(), key=lambda item: item[0]):
         own = [s for s in stocks if (s.material, s.thickness) == (material, thickness)]
         share = asked.seconds * (LEAST_EFFORT + len(parts)) / effort
-        asking.append(_Group(asked, own, parts, share, project.cutting.tolerance))
+        asking.append(_Group(asked, own, parts, share, project.cutting))
     found = [group.found(store, clock, jobs) for group in asking]
     new = [group for group, known in zip(asking, found, strict=True) if known is None]
     made = iter(_nested([group.chains() for group in new], jobs, clock))
@@ -136,15 +136,16 @@ class _Group:
         stocks: list[Stock],
         parts: list[FlatPart],
         seconds: float,
-        tolerance: float,
+        cutting: Cutting,
     ) -> None:
         self.asked, self.stocks, self.parts = asked, stocks, parts
-        self.seconds, self.tolerance = seconds, tolerance
+        self.seconds, self.tolerance = seconds, cutting.tolerance
+        # Splines are cut as they are; what is nested are arcs that may lie off them.
+        self.off = cutting.tolerance if cutting.curves == "splines" else 0.0
         self.shapes = {part.mark: identity(part) for part in parts}
         first = parts[0]
         rules = asked.model_dump(exclude={"seconds"})
-        self.rules = (first.material, first.thickness, rules, tolerance, stocks)
-
+        self.rules = (first.material, first.thickness, rules, self.tolerance, self.off, stocks)
         self._mine = (self.rules, asked.seconds, list(self.shapes.items()))
 
     def found(self, cache: Cache, clock: Clock, jobs: int | None = None) -> Nest | None:
@@ -175,8 +176,8 @@ class _Group:
     def _chain(self, parts: Sequence[FlatPart], stocks: Sequence[Stock]) -> _Chain:
         asked = self.asked
         settings = {
-            "spacing": asked.spacing,
-            "margin": asked.margin,
+            "spacing": asked.spacing + 2.0 * self.off,
+            "margin": asked.margin + self.off,
             "seconds": self.seconds * len(parts) / len(self.parts),
             "seed": asked.seed,
             "steps": asked.steps,

@@ -11,8 +11,7 @@ refold
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
+from fabgeo.review.check_bends import bend_rows, check_bends, check_radii
 from fabgeo.review.check_work import each
 from fabgeo.review.dxf_text import Curve, Drawing, read_drawing
 from fabgeo.review.findings import Findings
@@ -36,10 +36,6 @@ AREA = 2e-5  # relative
 REFOLD = 0.1  # mm
 RIM = 0.15  # mm: a hole's contour off the rim of its opening in the solid
 RIM_SAGITTA = 0.001  # mm: how far its points may be off it
-TABLE = 0.002  # mm: tables of bend lines carry three decimals
-BEND = 0.005  # relative: a bend line's radius against its solid's; 29,389 needed 4.4e-7 1/mm
-NEARLY_FLAT = 5e-6  # 1/mm: a plate that bends less is not compared
-BENT = 1e-6  # 1/mm: its curvature, between two samples of the solid's
 
 
 def check_flats(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -95,10 +91,9 @@ def _drawing(package: WrittenPackage, part: _Drawn, measured: Measured, findings
     measured.flats[mark] = flat
     _row(package, flat, part.row or {}, findings, name)
     bends = bend_rows(part.path)
-    _bends(flat, bends, findings, name)
+    check_bends(flat, bends, findings, name)
     if part.plate is not None:
-        tolerance = float(package.setting("cutting", "tolerance", 0.05))
-        _against_solid(flat, part, part.plate, bends, tolerance, measured, findings, name)
+        _against_solid(package, flat, part, part.plate, bends, measured, findings, name)
 
 
 def flat_file(
@@ -163,10 +158,7 @@ def _row(
     """The drawing against its schedule row: area, overall size, number of holes."""
     area, holes = number(row, "area_m2"), number(row, "holes")
     if area is not None:
-        # A contour of arcs may lie off the exact one by the tolerance, to one side at the worst.
-        around = float(np.linalg.norm(np.diff(flat.outline, axis=0), axis=1).sum())
-        slack = 0.2 * float(package.setting("cutting", "tolerance", 0.05)) * around / 1e6
-        within = AREA * area + slack + 1e-6
+        within = (AREA * 1e6 * area + _beside(package, flat)) / 1e6 + 1e-6
         findings.near(flat.mark, "flat area in m2", area, flat.area / 1e6, within, name)
     if holes is not None:
         findings.near(flat.mark, "holes in the drawing", holes, len(flat.holes), 0.0, name)
@@ -175,20 +167,37 @@ def _row(
     for key, found in ((f"{prefix}length_mm", size[0]), (f"{prefix}width_mm", size[1])):
         value = number(row, key)
         if value is not None:
-            findings.near(flat.mark, key, value, float(found), 0.12, name)
+            within = 0.02 + 2.0 * _tolerance(package)
+            findings.near(flat.mark, key, value, float(found), within, name)
+
+
+def _tolerance(package: WrittenPackage) -> float:
+    """How far outlines may be written off the exact ones, mm."""
+    return float(package.setting("cutting", "tolerance", 0.05))
+
+
+def _beside(package: WrittenPackage, flat: FlatFile) -> float:
+    """Area in mm2 between an outline and the exact one, within the tolerance of it.
+
+    Arcs cross the exact curve again and again, chords lie on one side of it: of a segment two
+    thirds of its sagitta.
+    """
+    around = float(np.linalg.norm(np.diff(flat.outline, axis=0), axis=1).sum())
+    chords = package.setting("cutting", "curves", "arcs") == "polylines"
+    return (2.0 / 3.0 if chords else 0.2) * _tolerance(package) * around
 
 
 def _against_solid(
+    package: WrittenPackage,
     flat: FlatFile,
     part: _Drawn,
     plate: SolidPlate,
     bends: list[dict[str, str]],
-    tolerance: float,
     measured: Measured,
     findings: Findings,
     name: str,
 ) -> None:
-    mark = flat.mark
+    mark, tolerance = flat.mark, _tolerance(package)
     findings.near(mark, "holes in the solid", len(flat.holes), len(plate.openings), 0.0, name)
     found: Match | None = match(flat.outline, plate, flat.rims, part.up)
     if found is None:
@@ -199,7 +208,8 @@ def _against_solid(
     measured.edge_errors[mark] = found.length_errors
     worst = float(np.abs(found.length_errors).max())
     measured.worst("edge_length_error_mm", worst)
-    if worst > LENGTH + 2e-6 * float(plate.lengths.max()):
+    # What turns by an angle a is shortened by chords within the tolerance by a third of a times it.
+    if worst > max(LENGTH, tolerance) + 2e-6 * float(plate.lengths.max()):
         k = int(np.abs(found.length_errors).argmax())
         expected = float(plate.lengths[k])
         findings.add(mark, "edge length in mm", expected, expected + found.length_errors[k], name)
@@ -212,12 +222,11 @@ def _against_solid(
             at = f"{found.away:.3f} mm off at ({found.at[0]:.1f}, {found.at[1]:.1f})"
             findings.add(mark, "outline", words, at, name)
     _holes(flat, plate, found, findings, name)
-    _radii(flat, plate, found, bends, findings, name)
-    volume = flat.area * plate.thickness
-    error = abs(volume - plate.volume) / plate.volume
-    measured.worst("area_error_rel", error)
-    if error > 10 * AREA:
-        findings.add(mark, "flat area times thickness in mm3", plate.volume, volume, name)
+    check_radii(flat, plate, found, bends, findings, name)
+    area = plate.volume / plate.thickness
+    measured.worst("area_error_rel", abs(flat.area - area) / area)
+    within = AREA * area + _beside(package, flat)
+    findings.near(mark, "flat area in mm2 of its solid", area, flat.area, within, name)
     if len(flat.bends):
         off = refold(flat, plate, found)
         measured.worst("refold_error_mm", off)
@@ -233,65 +242,3 @@ def _holes(flat: FlatFile, plate: SolidPlate, found: Match, findings: Findings, 
         if away > RIM:
             words = f"{away:.3f} mm off at ({at[0]:.1f}, {at[1]:.1f})"
             findings.add(flat.mark, "hole", f"within {RIM} mm of its solid's", words, name)
-
-
-def bend_rows(path: Path) -> list[dict[str, str]]:
-    """Rows of the table of bend lines beside a cut/parts file; empty if there is none."""
-    table = path.with_suffix(".bends.csv")
-    if not table.is_file():
-        return []
-    with table.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
-def _bends(flat: FlatFile, rows: list[dict[str, str]], findings: Findings, name: str) -> None:
-    """Every bend line of the drawing is in its table, and none besides."""
-    if len(rows) != len(flat.bends):
-        words = f"{len(rows)} as in its table"
-        findings.add(flat.mark, "bend lines in the drawing", words, len(flat.bends), name)
-        return
-    if not rows:
-        return
-    columns = ("x1_mm", "y1_mm", "x2_mm", "y2_mm", "length_mm")
-    stated = _columns(rows, columns)
-    lengths = np.linalg.norm(flat.bends[:, 1] - flat.bends[:, 0], axis=1)
-    drawn = np.column_stack([flat.bends.reshape(-1, 4), lengths])
-    for k, column in np.argwhere(~(np.abs(stated - drawn) <= TABLE)).tolist():
-        what = f"{columns[column]} of bend line {rows[k].get('bend')} in its table"
-        findings.add(flat.mark, what, drawn[k, column], stated[k, column], name)
-
-
-def _columns(rows: list[dict[str, str]], names: Iterable[str]) -> Array:
-    """Numbers of some columns, nan where there is none."""
-    values = [[number(row, name) for name in names] for row in rows]
-    return np.array([[np.nan if v is None else v for v in own] for own in values])
-
-
-def _radii(
-    flat: FlatFile,
-    plate: SolidPlate,
-    found: Match,
-    rows: list[dict[str, str]],
-    findings: Findings,
-    name: str,
-) -> None:
-    """Radii of the bend lines are the solid's at the middles of the same rulings.
-
-    A developable's radius grows linearly along a ruling: in its middle it is the mean of both ends.
-    """
-    if found.rails is None or not rows or len(rows) != len(flat.bends):
-        return
-    bent = 1.0 / plate.radii.mean(axis=0)
-    sites = np.linspace(0.0, len(bent) - 1.0, len(found.rails[0]))
-    middle, lines = 0.5 * (found.rails[0] + found.rails[1]), flat.bends.mean(axis=1)
-    near = np.linalg.norm(middle[None] - lines[:, None], axis=-1).argmin(axis=1)
-    stated = 1.0 / np.abs(_columns(rows, ["radius_mm"])[:, 0])
-    for row, at, own in zip(rows, sites[near].astype(int).tolist(), stated.tolist(), strict=True):
-        around = bent[max(at - 1, 0) : at + 3]
-        # At a knot the curvature has a peak; it lies within half a step of a sample.
-        peak = BENT + 0.5 * float(np.abs(np.diff(around)).max(initial=0.0))
-        low, high = (1.0 - BEND) * around.min() - peak, (1.0 + BEND) * around.max() + peak
-        if max(own, float(around.min())) > NEARLY_FLAT and not low <= own <= high:
-            what = f"radius of bend line {row.get('bend')} in mm"
-            words = f"{1.0 / around.max():.1f} to {1.0 / around.min():.1f}"
-            findings.add(flat.mark, what, words, 1.0 / own, name)
