@@ -68,7 +68,11 @@ def check_package(
         if progress is not None:
             progress(name)
         begin = time.perf_counter()
-        step(package, measured, findings)
+        try:
+            step(package, measured, findings)
+        except Exception as error:  # whatever damaged files lead to: the other steps go on
+            what = f"{type(error).__name__}: {error}"
+            findings.add("package", f"files for the check of {name}", "measurable", what)
         seconds[name] = time.perf_counter() - begin
     counts = {
         "panels": len(package.tables["panels"]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from fabgeo.arrays import Array
 from fabgeo.review.findings import Findings
 from fabgeo.review.flat_match import Match
 from fabgeo.review.measured import FlatFile
-from fabgeo.review.package import number
+from fabgeo.review.package import csv_rows, number
 from fabgeo.review.solid_plate import SolidPlate
 
 TABLE = 0.002  # mm: tables of bend lines carry three decimals
@@ -23,11 +22,7 @@ BENT = 1e-6  # 1/mm: its curvature, between two samples of the solid's
 
 def bend_rows(path: Path) -> list[dict[str, str]]:
     """Rows of the table of bend lines beside a cut/parts file; empty if there is none."""
-    table = path.with_suffix(".bends.csv")
-    if not table.is_file():
-        return []
-    with table.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+    return csv_rows(path.with_suffix(".bends.csv"))
 
 
 def check_bends(flat: FlatFile, rows: list[dict[str, str]], findings: Findings, name: str) -> None:

@@ -100,12 +100,12 @@ def read_drawing(path: Path) -> Drawing:
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
         groups = list(_groups(lines))
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), f"is no DXF text: {error}", "write it again") from error
-    drawing = Drawing(path.name)
-    if "$INSUNITS" in lines:
-        drawing.unit = int(lines[lines.index("$INSUNITS") + 2])
-    _collect(list(_entities(groups)), drawing)
+        drawing = Drawing(path.name)
+        if "$INSUNITS" in lines:
+            drawing.unit = int(lines[lines.index("$INSUNITS") + 2])
+        _collect(list(_entities(groups)), drawing)
+    except (OSError, ValueError, LookupError, OverflowError) as error:
+        raise InputError(str(path), f"is no sound DXF text: {error}", "write it again") from error
     return drawing
 
 

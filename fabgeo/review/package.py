@@ -54,7 +54,7 @@ class WrittenPackage:
             raise InputError(str(folder), f"holds no {NAME}", "give the folder of a build")
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(str(path), f"is no JSON: {error}", "build again") from error
         if not isinstance(manifest, dict):
             raise InputError(str(path), "expected an object at its top", "build again")
@@ -63,21 +63,30 @@ class WrittenPackage:
     @property
     def project(self) -> Mapping[str, Any]:
         """The project as read, from the manifest."""
-        return self.manifest.get("project") or {}
+        return _object(self.manifest.get("project"))
 
     def setting(self, table: str, key: str, default: Any) -> Any:
         """One setting of the project, such as the nests' spacing."""
-        value = (self.project.get(table) or {}).get(key)
-        return default if value is None else value
+        value = _object(self.project.get(table)).get(key)
+        wrong = isinstance(default, float) and not isinstance(value, int | float)
+        return default if value is None or wrong else value
 
     @cached_property
     def review(self) -> dict[str, Any]:
-        """Contents of checks/review.json; empty if it is absent or broken."""
+        """Contents of checks/review.json; empty if it is absent or broken.
+
+        What is not of its kind in there, such as a word for a number, counts as missing.
+        """
         try:
             found = json.loads((self.folder / "checks" / "review.json").read_text("utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return {}
-        return found if isinstance(found, dict) else {}
+        summary = _object(_object(found).get("summary"))
+        tables = {key: _object(_object(found).get(key)) for key in ("limits", "parts")}
+        return _object(found) and {
+            "summary": {k: v for k, v in summary.items() if isinstance(v, int | float | None)},
+            **{key: {k: _object(v) for k, v in own.items()} for key, own in tables.items()},
+        }
 
     def table(self, name: str) -> list[dict[str, str]]:
         """Rows of a schedule; empty if it is absent."""
@@ -133,7 +142,12 @@ class WrittenPackage:
 
     def layer(self, name: str) -> str:
         """The shop's name of a DXF layer."""
-        return str((self.setting("cutting", "layers", {}) or {}).get(name, name))
+        return str(_object(self.setting("cutting", "layers", {})).get(name, name))
+
+
+def _object(found: Any) -> dict[str, Any]:
+    """What JSON holds where an object is expected; empty for anything else."""
+    return found if isinstance(found, dict) else {}
 
 
 def csv_rows(path: Path) -> list[dict[str, str]]:
