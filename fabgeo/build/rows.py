@@ -11,8 +11,10 @@ from fabgeo.arrays import Array
 from fabgeo.build.facts import Facts
 from fabgeo.build.figures import Figures
 from fabgeo.build.geometry import Design
+from fabgeo.build.skin import sheet_of
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
+from fabgeo.panels.forming import beyond_standards
 from fabgeo.project import Project
 from fabgeo.review.verdicts import ORDER
 from fabgeo.sheets.boards import opposite_congruence, plank
@@ -82,6 +84,9 @@ def panel_rows(
         }
         row = _joined(row, _plate_row(design.project, plate, flats, built, places, facts))
         row = _joined(row, _box_row(facts[plate.mark].box, design.project))
+        flagged = beyond_standards(choice.cls, sheet_of(design.project, plate.material))
+        if flagged:
+            row = _joined(row, {"verdict": "warn", "reason": flagged})
         if plate.mark in design.complaints:
             verdict, reason = design.complaints[plate.mark]
             row = _joined(row, {"verdict": verdict, "reason": reason})

@@ -18,7 +18,7 @@ import numpy as np
 from fabgeo.arrays import Array, BoolArray, IntArray, cross, dot, unit
 from fabgeo.panels.candidates import OwnCandidates, own_candidates
 from fabgeo.panels.carrier import Carriers
-from fabgeo.panels.forming import Forming, Sheet, forming_of
+from fabgeo.panels.forming import Forming, Sheet, beyond_standards, forming_of
 from fabgeo.panels.joints import Joints, joints_of
 from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.made import as_made, end_turns
@@ -28,6 +28,8 @@ from fabgeo.panels.samples import PanelInput, Samples
 from fabgeo.panels.shapes import Cone, Cylinder, Shape, shape_of
 from fabgeo.panels.worst import worst_of
 from fabgeo.strips.ruled import RuledPatch
+
+_BEND_LINES = {"flat": "parallel", "cylinder": "parallel", "cone": "concurrent"}
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,7 @@ def describe(
     made_radii = _radii(samples, pool.carriers[chosen])
     lines = bend_lines(samples, tolerances.deviation_mm)
     cost = costs.by_kind
+    reasons = _reasons(own.possible, pool, chosen, cost)
     out = []
     for p, panel in enumerate(panels):
         c, seen = int(chosen[p]), worst[p]
@@ -174,6 +177,7 @@ def describe(
         shape = None if name == "developable" else shape_of(pool.carriers, c, name)
         radii = fitted_radii[p] if shape is None else made_radii[p]
         forming, note = forming_of(name, radii[0], sheet)
+        said = reasons[p], beyond_standards(name, sheet), note
         out.append(
             PanelChoice(
                 mark=panel.mark,
@@ -190,16 +194,12 @@ def describe(
                 kink_edge=seen.kink_edge,
                 radius_min_mm=radii[0],
                 radius_max_mm=radii[1],
-                half_angle_deg=(
-                    float(np.degrees(shape.half_angle)) if isinstance(shape, Cone) else None
-                ),
+                half_angle_deg=_half_angle(shape),
                 axis=np.stack(shape.axis) if isinstance(shape, Cylinder | Cone) else None,
-                bend_lines={"flat": "parallel", "cylinder": "parallel", "cone": "concurrent"}.get(
-                    name, lines[p]
-                ),
+                bend_lines=_BEND_LINES.get(name, lines[p]),
                 forming=forming,
                 cost=float(cost[pool.kind[c]]),
-                reason="; ".join(filter(None, [_why(own.possible[p], cost, pool.kind[c]), note])),
+                reason="; ".join(filter(None, said)),
             )
         )
     return out
@@ -210,17 +210,26 @@ def distinct_radii(panels: Sequence[PanelChoice]) -> int:
     return len({round(p.radius_min_mm) for p in panels if p.cls == "cylinder"})
 
 
-def _why(possible: BoolArray, cost: Array, kind: int) -> str:
-    """Why a panel is made as nothing cheaper."""
-    cheaper = [k for k in range(len(CLASSES)) if cost[k] < cost[kind]]
-    off = [CLASSES[k] for k in cheaper if not possible[k]]
-    held = [CLASSES[k] for k in cheaper if possible[k]]
-    parts = []
-    if off:
-        parts.append(f"not {' or '.join(off)}: beyond the deviation tolerance")
-    if held:
-        parts.append(f"not {' or '.join(held)}: gap, kink or flange at the joints")
-    return "; ".join(parts)
+def _half_angle(shape: Shape | None) -> float | None:
+    """Of a cone, degrees."""
+    return float(np.degrees(shape.half_angle)) if isinstance(shape, Cone) else None
+
+
+def _reasons(possible: BoolArray, pool: Pool, chosen: IntArray, cost: Array) -> list[str]:
+    """Why panels are made as nothing cheaper: their classes that may be, and that were found."""
+    offered = np.zeros_like(possible)
+    offered[pool.panel, pool.kind] = True
+    cheaper = cost < cost[pool.kind[chosen]][:, None]
+    found = {
+        "beyond the deviation tolerance": cheaper & ~possible,
+        "no placement keeps deviation, flange, ends and radii": cheaper & possible & ~offered,
+        "gap or kink at the joints": cheaper & possible & offered,
+    }
+    out: list[str] = []
+    for p in range(len(possible)):
+        names = {why: [CLASSES[k] for k in np.flatnonzero(of[p])] for why, of in found.items()}
+        out.append("; ".join(f"not {' or '.join(own)}: {why}" for why, own in names.items() if own))
+    return out
 
 
 def _radii(samples: Samples, carriers: Carriers) -> list[tuple[float, float]]:

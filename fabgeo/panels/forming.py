@@ -30,7 +30,7 @@ class Sheet:
     rolls : float
         The least radius that the shop's rolls reach, mm.
     glass : bool
-        Bent glass: standards cover cylinders; a cone is flagged.
+        Bent glass: standards cover cylinders; other bent shapes are flagged.
     """
 
     thickness: float = 3.0
@@ -54,20 +54,21 @@ def forming_of(cls: str, radius_min: float, sheet: Sheet) -> tuple[Forming, str]
     """Forming route of a panel class with its smallest radius, and what is to be said about it.
 
     Cylinders and cones go through the rolls; a general developable is pressed along its rulings,
-    as is what is tighter than the rolls reach.
+    as is what is tighter than the rolls reach. Glass that does not spring is bent hot, in a mould.
     """
     if cls == "flat":
         return "flat", ""
-    note = (
-        "bent-glass standards cover cylinders, not this shape"
-        if (sheet.glass and cls != "cylinder")
-        else ""
-    )
     if radius_min >= sheet.springing_radius:
-        return "spring", note
-    if cls in ("cylinder", "cone") and radius_min >= sheet.rolls:
-        return "roll", note
+        return "spring", ""
+    if sheet.glass:
+        springs = f"it springs to {sheet.springing_radius:.0f} mm"
+        return "press", f"radius {radius_min:.0f} mm is bent hot: {springs}"
     if radius_min < sheet.rolls:
-        tight = f"radius {radius_min:.0f} mm is below the rolls' {sheet.rolls:.0f} mm"
-        note = f"{note}; {tight}" if note else tight
-    return "press", note
+        return "press", f"radius {radius_min:.0f} mm is below the rolls' {sheet.rolls:.0f} mm"
+    return ("roll" if cls in ("cylinder", "cone") else "press"), ""
+
+
+def beyond_standards(cls: str, sheet: Sheet) -> str:
+    """What is to be said of bent glass that its standards do not cover; else nothing."""
+    covered = not sheet.glass or cls in ("flat", "cylinder")
+    return "" if covered else "bent-glass standards cover cylinders, not this shape"

@@ -15,11 +15,12 @@ from fabgeo import spline
 from fabgeo.errors import InputError
 from fabgeo.panels.choose import JointChoice, choose
 from fabgeo.panels.classify import classify, distinct_radii
-from fabgeo.panels.forming import Sheet, forming_of
+from fabgeo.panels.forming import Sheet, beyond_standards, forming_of
 from fabgeo.panels.groups import strips_of, windows_of
 from fabgeo.panels.highs import Programme, solved
 from fabgeo.panels.joints import joints_of
 from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.pool import CLASSES
 from fabgeo.panels.radii import fewest
 from fabgeo.panels.samples import PanelInput
 from fabgeo.panels.shapes import Cylinder
@@ -202,7 +203,15 @@ def test_springing_radius_is_the_published_one() -> None:
     assert forming_of("cylinder", 1000.0, sheet)[0] == "roll"
     assert forming_of("developable", 1000.0, sheet)[0] == "press"
     assert forming_of("cylinder", 200.0, sheet)[0] == "press"
-    assert "glass" in forming_of("cone", 1e6, Sheet(glass=True))[1]
+
+
+def test_glass_springs_or_is_bent_hot_and_is_flagged_unless_a_cylinder() -> None:
+    sheet = Sheet(6.0, 70000.0, 23.3, glass=True)
+    assert [forming_of(c, 10000.0, sheet)[0] for c in ("cylinder", "cone")] == ["spring"] * 2
+    assert [forming_of(c, 8000.0, sheet)[0] for c in ("cylinder", "cone")] == ["press"] * 2
+    flagged = [bool(beyond_standards(c, sheet)) for c in CLASSES]
+    assert flagged == [False, False, True, True]
+    assert not any(beyond_standards(c, Sheet()) for c in CLASSES)
 
 
 @pytest.mark.slow
