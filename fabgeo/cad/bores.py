@@ -77,7 +77,9 @@ class _Ring:
         self.rims, self.side = rims, side
         count = len(rims)
         worst = max(rim.deviation for rim in rims)
-        self.tolerance = max(TOL, 1.1 * worst)
+        # Measured at some places of every rim: where a knot of the skin runs through it, it swings
+        # between these.
+        self.tolerance = max(TOL, 2.0 * worst)
         self.vertices: list[TopoDS_Vertex] = [vertex(rim.points[0], self.tolerance) for rim in rims]
         self.edges = [
             self._edge(rim, self.vertices[k], self.vertices[(k + 1) % count])
