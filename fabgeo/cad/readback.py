@@ -141,9 +141,9 @@ class ReadPart:
         found = gaussian_curvatures(kernel.faces(self.shape)[number], count)
         return float(np.abs(found).max(initial=0.0))
 
-    def edges(self, count: int = 9) -> list[EdgeSamples]:
-        """Every edge once, sampled at `count` even parameters."""
-        return list(edge_samples(self.shape, count))
+    def edges(self, count: int = 9, most: int = 0) -> list[EdgeSamples]:
+        """Every edge once, sampled at `count` even parameters or more: see `edge_samples`."""
+        return list(edge_samples(self.shape, count, most))
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Lowest and highest corner."""

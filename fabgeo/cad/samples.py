@@ -15,6 +15,7 @@ from OCP.BRepLProp import BRepLProp_SLProps
 from OCP.BRepTools import BRepTools
 from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
 from OCP.GCPnts import GCPnts_AbscissaPoint
+from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.gp import gp_Dir, gp_Pnt, gp_Pnt2d
 from OCP.TopAbs import TopAbs_Orientation, TopAbs_State
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shape
@@ -122,8 +123,12 @@ def _xyz(value: gp_Pnt | gp_Dir) -> Array:
     return np.array([value.X(), value.Y(), value.Z()])
 
 
-def edge_samples(shape: TopoDS_Shape, count: int) -> Iterator[EdgeSamples]:
-    """Every edge once, sampled at `count` even parameters."""
+def edge_samples(shape: TopoDS_Shape, count: int, most: int = 0) -> Iterator[EdgeSamples]:
+    """Every edge once, sampled at `count` even parameters.
+
+    Where `most` is more, at up to so many, all edges alike: as many as give two to a knot span of
+    the edge that has most of them. A cubic spline through them is then such an edge itself.
+    """
     users: list[tuple[TopoDS_Edge, list[int]]] = []
     index: dict[int, list[int]] = {}
     for number, face in enumerate(kernel.faces(shape)):
@@ -135,15 +140,26 @@ def edge_samples(shape: TopoDS_Shape, count: int) -> Iterator[EdgeSamples]:
                 users.append((edge, [number]))
             elif number not in users[key][1]:
                 users[key][1].append(number)
-    for edge, faces in users:
-        if BRep_Tool.Degenerated_s(edge):
-            continue
-        curve = BRepAdaptor_Curve(edge)
+    curves = [
+        (BRepAdaptor_Curve(edge), faces)
+        for edge, faces in users
+        if not BRep_Tool.Degenerated_s(edge)
+    ]
+    if most > count:
+        spans = max((_spans(curve) for curve, _ in curves), default=1)
+        count = max(count, min(2 * spans + 1, most))
+    for curve, faces in curves:
         first, last = curve.FirstParameter(), curve.LastParameter()
         points = _points(curve, np.linspace(first, last, count))
         kind = curve.GetType().name.removeprefix("GeomAbs_").removesuffix("Curve").lower()
         length = float(GCPnts_AbscissaPoint.Length_s(curve, 1e-7))
         yield EdgeSamples(kind, length, points, tuple(faces))
+
+
+def _spans(curve: BRepAdaptor_Curve) -> int:
+    """Knot spans of a B-spline; of any other curve one."""
+    spline = curve.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve
+    return curve.NbKnots() - 1 if spline else 1
 
 
 def _points(curve: BRepAdaptor_Curve, t: Array) -> Array:

@@ -157,7 +157,8 @@ def _skins(plate: SolidPlate) -> Array:
         return np.concatenate(plate.edges)
     half = [0.5 * plate.thickness * normal for normal in plate.normals]
     sides = [rail + sign * h for rail, h in zip(rails, half, strict=True) for sign in (-1.0, 1.0)]
-    return np.concatenate([side[::8] for side in sides])
+    some = np.linspace(0.0, len(rails[0]) - 1.0, 9).round().astype(int)
+    return np.concatenate([side[some] for side in sides])
 
 
 def _order(package: WrittenPackage, findings: Findings) -> None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fabgeo.cad.readback import EdgeSamples, ReadPart
 
 SAMPLES = 65
+MOST_SAMPLES = 257  # of an edge of many knots: bending changes from knot to knot
 VOLUME_EPS = 1e-3  # asked of the adaptive quadrature; on plates with holes it leaves under 1e-13
 
 
@@ -132,7 +133,7 @@ def polyline_length(points: Array) -> float:
 
 def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | None:
     """Measure a plate's solid; None if it has no two skins with sides between them."""
-    edges = part.edges(SAMPLES)
+    edges = part.edges(SAMPLES, MOST_SAMPLES)
     one, two = _skins(edges)
     loops = _loops(_sides(edges, one, two))
     if not loops:
