@@ -11,6 +11,8 @@ from fabgeo.errors import InputError
 from fabgeo.project import parse_project, read_project
 
 SURFACE = {"surface": {"file": "roof.step"}}
+LAYER = {"distance": 50.0, "thickness": 2.0, "material": "steel"}
+SHEET = {"material": "steel", "length": 2000.0, "width": 1000.0}
 
 
 @pytest.mark.parametrize(
@@ -26,6 +28,11 @@ SURFACE = {"surface": {"file": "roof.step"}}
         ({"surface": {"x": "u", "y": "v", "z": "0", "u": [0, 1], "v": [0, 1]}}, "needs its unit"),
         ({**SURFACE, "name": "../evil"}, "letters, digits"),
         ({**SURFACE, "materials": {"../x": {"density": 1}}}, "materials"),
+        ({**SURFACE, "panels": {"materials": {"P-00-00": "../x"}}}, "letters, digits"),
+        ({**SURFACE, "panels": {"layers": [{**LAYER, "name": "../x"}]}}, "layers.*name.*pattern"),
+        ({**SURFACE, "stock": [{**SHEET, "material": "a/b"}]}, "letters, digits"),
+        ({**SURFACE, "stock": [{**SHEET, "name": "a\nb"}]}, "stock.*name.*pattern"),
+        ({**SURFACE, "cutting": {"layers": {"MARK": "A\n0\nLINE"}}}, "layers.MARK.*pattern"),
         ({**SURFACE, "connectors": {}}, "both are needed"),
         ({**SURFACE, "strips": {"kind": "conic"}}, "strips.kind"),
         ({**SURFACE, "strips": {"part": [1, 5]}}, 'part needs start = "geodesic"'),

@@ -56,8 +56,9 @@ def read_isolated[**P, R](path: Path, read: Callable[P, R], *args: P.args, **nam
             if isinstance(error, TimeoutError):
                 problem = f"is damaged: it was not read within {seconds:.0f} s"
                 raise InputError(path.name, problem, CURE) from error
-            if of_kernel(error):
-                raise InputError(path.name, f"is damaged: {error}", CURE) from error
+            if of_kernel(error) or isinstance(error, MemoryError):
+                what = f"{type(error).__name__} {error}"
+                raise InputError(path.name, f"is damaged: {what}", CURE) from error
             raise
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from fabgeo.project.tables import Count, NonNegative, Positive, Table
 
@@ -20,7 +22,7 @@ class Material(Table):
 class StockSheet(Table):
     """A sheet size; `quantity` absent means as many as needed."""
 
-    name: str = ""
+    name: Annotated[str, Field(pattern=r"^[^\x00-\x1f]{0,80}$")] = ""
     material: str
     thickness: Positive | None = None
     length: Positive

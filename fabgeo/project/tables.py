@@ -13,6 +13,8 @@ type Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 type NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 type Finite = Annotated[float, Field(allow_inf_nan=False)]
 type Share = Annotated[float, Field(gt=0.0, le=1.0)]
+type LayerName = Annotated[str, Field(pattern=r'^[^<>/\\":;?*|=,`\x00-\x1f]{1,255}$')]
+"""What DXF takes for a layer's name; a line break in it would end the group it stands in."""
 type Count = Annotated[int, Field(ge=1)]
 type Unit = Literal["mm", "cm", "m", "in", "ft"]
 type Point = tuple[Finite, Finite, Finite]
@@ -132,9 +134,12 @@ class Panels(Table):
 
 
 class Layer(Table):
-    """One more layer of panels at a distance from the model, positive outwards."""
+    """One more layer of panels at a distance from the model, positive outwards.
 
-    name: str
+    Its name ends the marks of its panels, which are names of files.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[\w.-]{1,40}$")]
     distance: Finite
     thickness: Positive
     material: str
@@ -217,7 +222,7 @@ class Cutting(Table):
     version: Literal["R2010", "R2000", "R12"] = "R2010"
     curves: Literal["arcs", "splines", "polylines"] = "arcs"
     tolerance: Positive = 0.05
-    layers: dict[str, str] = {}
+    layers: dict[str, LayerName] = {}
 
 
 class Limits(Table):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
+from zipfile import ZipFile
 
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
 
 BOOK = "schedules/fabgeo.xlsx"
+LARGEST_BOOK = 1 << 30  # bytes, unpacked
 
 type Row = dict[str, str]
 
@@ -66,6 +68,11 @@ def _workbook(package: WrittenPackage, findings: Findings) -> None:
     if not path.is_file():
         return
     try:
+        with ZipFile(path) as archive:
+            size = sum(info.file_size for info in archive.infolist())
+        if size > LARGEST_BOOK:
+            findings.add(BOOK, "workbook", "of bearable size", f"{size >> 20} MiB unpacked")
+            return
         book = load_workbook(path, read_only=True)
     except Exception as error:  # whatever a broken archive raises in the library
         findings.add(BOOK, "workbook", "readable", str(error))

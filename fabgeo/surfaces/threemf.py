@@ -23,6 +23,7 @@ LARGEST_UNZIPPED = 1 << 30
 MODEL = "3D/3dmodel.model"
 DEEPEST = 20  # components within components
 MOST_TRIANGLES = 20_000_000
+MOST_COMPONENTS = 1_000_000  # placed: few that hold each other several times are more than stars
 FALLBACK = "export it again"
 
 
@@ -74,6 +75,7 @@ class _Reader:
         self.parts: dict[str, list[tuple[str, Array]]] = {}
         self.items: list[tuple[str, Array]] = []
         self.object = ""
+        self.placed = self.triangles = 0
 
     def refuse(self, *_: Any) -> None:
         raise InputError(self.name, "holds a document type declaration", FALLBACK)
@@ -101,9 +103,12 @@ class _Reader:
         return out
 
     def _add(self, key: str, move: Array, out: list[tuple[Array, IntArray]], depth: int) -> None:
-        if depth > DEEPEST or sum(len(faces) for _, faces in out) > MOST_TRIANGLES:
-            raise InputError(self.name, "holds components in components without end", FALLBACK)
         points, faces = self.points[key], self.faces[key]
+        self.placed += 1
+        self.triangles += len(faces)
+        beyond = self.placed > MOST_COMPONENTS or self.triangles > MOST_TRIANGLES
+        if depth > DEEPEST or beyond:
+            raise InputError(self.name, "holds components in components without end", FALLBACK)
         if faces:
             placed = np.array(points, dtype=np.float64).reshape(-1, 3) @ move[:3] + move[3]
             numbers = np.array(faces, dtype=np.int64)

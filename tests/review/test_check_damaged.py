@@ -17,7 +17,7 @@ from fabgeo.review.check import check_package
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("package") / "roof"
-    write_package(folder, 1, 2)
+    write_package(folder, 1, 3)
     return folder
 
 
@@ -90,3 +90,12 @@ def test_no_manifest(package: Path, tmp_path: Path, text: str) -> None:
     (copy / "manifest.json").write_text(text)
     with pytest.raises(InputError, match=r"manifest\.json: "):
         check_package(copy)
+
+
+def test_a_workbook_that_unpacks_to_too_much_is_not_read(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert check_package(package).ok
+    monkeypatch.setattr("fabgeo.review.check_tables.LARGEST_BOOK", 1000)
+    (finding,) = check_package(package).findings
+    assert (finding.part, finding.expected) == ("schedules/fabgeo.xlsx", "of bearable size")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import zipfile
 from pathlib import Path
 
@@ -75,3 +76,41 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
     assert path.stat().st_size < 8 << 20
     with pytest.raises(InputError, match="more than is bearable"):
         read_mesh(path)
+
+
+def test_no_more_is_unpacked_than_the_archive_says(tmp_path: Path) -> None:
+    """A header that says 100 bytes of a megabyte: the rest is never unpacked."""
+    path = tmp_path / "a.3mf"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", HEAD + " " * (1 << 20))
+    size = struct.pack("<I", len(HEAD) + (1 << 20))
+    data = path.read_bytes()
+    assert data.count(size) >= 2
+    path.write_bytes(data.replace(size, struct.pack("<I", 100)))
+    with pytest.raises(InputError, match=r"a\.3mf: (is not a 3MF file|can't be)"):
+        read_mesh(path)
+
+
+def test_names_in_an_archive_lead_nowhere(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    with zipfile.ZipFile(folder / "a.3mf", "w") as archive:
+        archive.writestr("../../evil.model", "<model/>")
+        archive.writestr("/tmp/evil.txt", "x")
+    with pytest.raises(InputError, match="builds no mesh"):
+        read_mesh(folder / "a.3mf")
+    assert [p.name for p in tmp_path.rglob("*")] == ["in", "a.3mf"]
+
+
+def test_components_that_multiply_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten of ten of ten ... of nothing, 10^15 placings in 2 KB."""
+    monkeypatch.setattr("fabgeo.surfaces.threemf.MOST_COMPONENTS", 1000)
+    objects = '<object id="0"><mesh/></object>'
+    for k in range(1, 16):
+        ten = f'<component objectid="{k - 1}"/>' * 10
+        objects += f'<object id="{k}"><components>{ten}</components></object>'
+    inside = f'<resources>{objects}</resources><build><item objectid="15"/></build>'
+    with pytest.raises(InputError, match="without end"):
+        read_mesh(write(tmp_path / "a.3mf", inside))
