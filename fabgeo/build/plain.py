@@ -14,6 +14,7 @@ table
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from hashlib import sha256
@@ -42,6 +43,7 @@ NOUNS: dict[str, type[Any]] = {cls.__name__: cls for cls in _CLASSES}
 HEAD = 8  # bytes of the length of the JSON text
 ALIGNED = 8  # bytes that arrays begin at a multiple of
 FEW = 3  # nouns that are no table yet
+_NUMBERS = re.compile(r"[<>|][biufcSU]\d+")  # how numpy writes kinds of numbers and texts
 
 
 def pack(value: Any) -> bytes:
@@ -77,7 +79,7 @@ def unpack(data: bytes, known: bool = False) -> Any:
         begin = HEAD + int.from_bytes(data[:HEAD], "big")
         make = _restored if known else _made
         return _noun(json.loads(data[HEAD:begin]), memoryview(data)[begin:], make)
-    except (ValueError, KeyError, TypeError, IndexError) as error:
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
         raise InputError("stored data", f"is damaged: {error}") from error
 
 
@@ -155,8 +157,8 @@ def _noun(tree: Any, blobs: memoryview, make: _Make) -> Any:
         return tree
     if "@array" in tree:
         (begin, end), kind, shape = tree["@array"]
-        if np.dtype(kind).hasobject:
-            raise ValueError("arrays hold numbers only")
+        if not _NUMBERS.fullmatch(kind):  # numpy would parse what it is given as Python
+            raise ValueError(f"{kind!r} is no kind of array")
         return np.frombuffer(blobs[begin:end], dtype=kind).reshape(shape)
     if "@bytes" in tree:
         begin, end = tree["@bytes"]

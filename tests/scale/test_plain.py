@@ -92,6 +92,8 @@ def test_nothing_else_is_stored(value: Any) -> None:
         {"@": "Plate"},
         {"@": "Hole", "centre": 1},
         {"@array": [[0, 8], "|O", [1]]},
+        {"@array": [[0, 8], "3*,<f8", [1]]},
+        {"@array": [[0, 8], "<f8", [10**30]]},
         {"@array": [[0, 800], "<f8", [100]]},
         {"@bytes": 3},
     ],
