@@ -43,6 +43,7 @@ NOUNS: dict[str, type[Any]] = {cls.__name__: cls for cls in _CLASSES}
 HEAD = 8  # bytes of the length of the JSON text
 ALIGNED = 8  # bytes that arrays begin at a multiple of
 FEW = 3  # nouns that are no table yet
+_DAMAGE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 _NUMBERS = re.compile(r"[<>|][biufcSU]\d+")  # how numpy writes kinds of numbers and texts
 
 
@@ -79,7 +80,7 @@ def unpack(data: bytes, known: bool = False) -> Any:
         begin = HEAD + int.from_bytes(data[:HEAD], "big")
         make = _restored if known else _made
         return _noun(json.loads(data[HEAD:begin]), memoryview(data)[begin:], make)
-    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+    except _DAMAGE as error:
         raise InputError("stored data", f"is damaged: {error}") from error
 
 
