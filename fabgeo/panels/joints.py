@@ -26,6 +26,11 @@ from fabgeo.panels.samples import PanelInput, Side
 
 _OPPOSITE: dict[str, Side] = {"first": "second", "second": "first", "start": "end", "end": "start"}
 _SAMPLES = 9
+APART = 5.0
+"""mm: so far apart neighbours' boundaries may lie however short a piece of them is.
+
+Above a general model edges of neighbouring panels do not quite meet.
+"""
 
 
 def _halfway(count: int) -> Array:
@@ -152,7 +157,7 @@ def _joint(
     here, there = out[0][0], out[1][0]
     off = float(np.abs(here - there).max())
     size = float(np.abs(here[-1] - here[0]).max())
-    if off > 1e-3 * max(size, 1.0):
+    if off > max(1e-3 * size, APART):
         raise InputError(
             f"panel {panels[i].mark}",
             f"its side '{side}' lies {off:.3g} mm from side '{_OPPOSITE[side]}' of its "

@@ -117,6 +117,20 @@ def test_neighbours_are_checked(panels: list[PanelInput]) -> None:
         classify([PanelInput("P-X", panels[0].patch, {"first": "P-Y"})])
 
 
+@pytest.mark.parametrize("apart", [1.5, 3.0])
+def test_short_neighbours_may_lie_apart_as_whole_ones_do(apart: float) -> None:
+    """Pieces of 0.3 m beside each other, at a height above a general model."""
+    knots, sites = np.repeat([0.0, 300.0], 4), np.linspace(0.0, 300.0, 4)
+    edge = np.column_stack([sites, np.zeros((4, 2))])
+    one = RuledPatch.through(knots, sites, edge, edge + np.array([0.0, 900.0, 0.0]))
+    beyond = edge + np.array([0.0, 900.0 + apart, 0.0])
+    other = RuledPatch.through(knots, sites, beyond, beyond + np.array([0.0, 900.0, 0.0]))
+    joints = joints_of([PanelInput("A", one, {"second": "B"}), PanelInput("B", other)])
+    assert len(joints) == 1
+    with pytest.raises(InputError, match=r"A.*lies 900 mm from side 'second'"):
+        joints_of([PanelInput("A", one, {"first": "B"}), PanelInput("B", one)])
+
+
 def test_fewest_radii_serve_all_and_no_fewer_could() -> None:
     rng = np.random.default_rng(3)
     curvature, slack = rng.uniform(1e-4, 3e-4, 60), rng.uniform(2e-6, 2e-5, 60)
