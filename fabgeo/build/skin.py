@@ -17,6 +17,7 @@ from fabgeo.errors import GeometryError
 from fabgeo.panels.classify import PanelChoice, classify, distinct_radii
 from fabgeo.panels.forming import Sheet
 from fabgeo.panels.limits import Costs, Tolerances
+from fabgeo.panels.remeasured import measured_again
 from fabgeo.panels.samples import PanelInput, Side
 from fabgeo.project import Project
 from fabgeo.strips.model import Patch, StripModel
@@ -60,9 +61,13 @@ def panels_of(
         choices, saved, figures = list(joint.panels), f"panels: {joint}", joint.figures
     else:
         choices, saved = classify(inputs, tolerances, costs, SPRINGING), ""
-        figures = {"panels_cost": sum(choice.cost for choice in choices)}
-    figures["panels_radii"] = float(distinct_radii(choices))
+        figures = {}
+    shapes = [choice.shape for choice in choices]
     made = _on_shapes(net, choices, costs, asked.joint / 2.0)
+    if any(choice.shape is not shape for choice, shape in zip(choices, shapes, strict=True)):
+        choices = measured_again(choices, inputs)  # neighbours meet fitted panels there
+    figures["panels_cost"] = sum(choice.cost for choice in choices)
+    figures["panels_radii"] = float(distinct_radii(choices))
     return tuple(made), {choice.mark: choice for choice in choices}, saved, figures
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +11,13 @@ import pytest
 from fabgeo.arrays import Array, IntArray, unit
 from fabgeo.build import Design, design
 from fabgeo.build.figures import limits_of
+from fabgeo.build.skin import inputs_of, panels_of
+from fabgeo.errors import GeometryError
 from fabgeo.fitting.objectives.base import State
 from fabgeo.fitting.objectives.towards import Towards
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.samples import Net, Sites
+from fabgeo.panels.classify import PanelChoice
 from fabgeo.project import parse_project
 from fabgeo.review.verdicts import verdict_of
 from fabgeo.strips.measures import measure
@@ -80,6 +84,30 @@ def test_joints_at_rulings_are_taken_off_the_panels_as_made() -> None:
             away = after - before - np.outer((after - before) @ along, along)
             half = 5.0 if side in plate.shared else 0.0
             assert np.linalg.norm(away, axis=1) == pytest.approx(half * fan, abs=0.01)
+
+
+def test_beside_a_panel_that_stays_as_fitted_gaps_are_those_to_it(
+    before: Design, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mark = next(m for m, c in before.choices.items() if c.cls != "developable")
+    shaped = PanelChoice.on_shape
+
+    def refused(choice: PanelChoice, *of: Any) -> RuledPatch:
+        if choice.mark == mark:
+            raise GeometryError(mark, "can't be cut on its shape", "")
+        return shaped(choice, *of)
+
+    monkeypatch.setattr(PanelChoice, "on_shape", refused)
+    inputs = inputs_of(before.project, before.lanes, before.patches)
+    plates, choices, _, figures = panels_of(before.project, before.lanes, before.patches)
+    assert choices[mark].cls == "developable"
+    assert figures["panels_cost"] == cost(before) + 5.0 - before.choices[mark].cost
+    end = next(p.shared["end"] for p in plates if p.mark == mark)
+    (fitted,) = (panel.patch for panel in inputs if panel.mark == mark)
+    beyond = choices[end].made.edges(np.array([choices[end].made.u0]))[:, 0]
+    gap = np.linalg.norm(beyond - fitted.edges(np.array([fitted.u1]))[:, 0], axis=1).max()
+    assert min(choices[mark].gap_mm, choices[end].gap_mm) >= gap - 1e-3
+    assert choices[mark].gap_mm != before.choices[mark].gap_mm
 
 
 def test_what_may_give_way_is_judged_by_how_far() -> None:
