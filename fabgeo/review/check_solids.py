@@ -72,7 +72,12 @@ def _measure_share(
     measured.parts = len(parts)
     for part in _products(parts):
         _measure(part, part.name in cut, measured, findings)
-    for name, count in turned_faces(text.decode("utf-8", errors="replace")).items():
+    try:
+        turned = turned_faces(text.decode("utf-8", errors="replace"))
+    except (LookupError, ValueError) as error:  # of references that lead nowhere
+        findings.add("model/facade.step", "entities of its faces", "complete", repr(error))
+        return
+    for name, count in turned.items():
         findings.add(name, "faces of its solid turned inside out", 0, count)
 
 

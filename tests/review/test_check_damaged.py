@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -66,6 +67,13 @@ DAMAGES: dict[str, tuple[str, Callable[[Path], object], str]] = {
         "",
     ),
     "no project": ("manifest.json", lambda p: edited(p, lambda m: m.update(project=[1])), ""),
+    "a model that kills the kernel": (
+        "model/facade.step",
+        lambda p: p.write_text(
+            re.sub(r"EDGE_LOOP\(''(, ?)\(#\d+", r"EDGE_LOOP(''\1(#1", p.read_text())
+        ),
+        "model/facade.step",
+    ),
     "half a model": (
         "model/facade.step",
         lambda p: p.write_bytes(p.read_bytes()[:9000]),

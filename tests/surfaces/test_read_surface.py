@@ -118,6 +118,7 @@ def test_unreadable_step(tmp_path, content):
     [
         (r"CARTESIAN_POINT\('',\(1\.E\+03", "CARTESIAN_POINT('',('x'", "CartesianPoint, entity"),
         (r"PLANE\('',#\d+\)", "PLANE('',#1)", "Plane, entity"),  # else a drum without its lid
+        (r"EDGE_LOOP\('',\(#\d+", "EDGE_LOOP('',(#1", ""),  # kills the kernel
         (r"CIRCLE\('',#\d+", "CIRCLE('',#1", "Circle, entity"),  # else a lid without its border
     ],
 )
@@ -132,7 +133,8 @@ def test_geometry_lost_on_the_way_is_refused(tmp_path, old, new, what):
     text, count = re.subn(old, new, path.read_text(), count=1)
     assert count == 1
     path.write_text(text)
-    with pytest.raises(InputError, match=rf"drum\.step: holds damaged STEP geometry: {what}"):
+    words = f"holds damaged STEP geometry: {what}" if what else "(is|holds) damaged"
+    with pytest.raises(InputError, match=rf"drum\.step: {words}"):
         read_surface(path)
 
 
