@@ -10,6 +10,7 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ _kept: list[Any] = []  # the process, if one is running
 
 
 def read_isolated[**P, R](path: Path, read: Callable[P, R], *args: P.args, **named: P.kwargs) -> R:
-    """What `read` gives with these arguments, in another process.
+    """What `read` gives with these arguments, in another process (but in this one in a pool's).
 
     Parameters
     ----------
@@ -41,6 +42,8 @@ def read_isolated[**P, R](path: Path, read: Callable[P, R], *args: P.args, **nam
     InputError
         If the process dies, or takes longer than any sound file of this size.
     """
+    if current_process().daemon:  # a worker of a pool, which may have no processes of its own
+        return read(*args, **named)
     seconds = SECONDS + SECONDS_PER_MIB * path.stat().st_size / (1 << 20)
     with _lock:
         if not _kept:

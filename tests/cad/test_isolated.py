@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import time
 from pathlib import Path
@@ -33,3 +34,15 @@ def test_death_hang_and_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         read_isolated(path, time.sleep, 60.0)
     monkeypatch.undo()
     assert read_isolated(path, str.upper, "sound") == "SOUND"
+
+
+def own_process(path: Path) -> bool:
+    return read_isolated(path, os.getpid) == os.getpid()
+
+
+def test_a_worker_of_a_pool_reads_by_itself(tmp_path: Path) -> None:
+    """It may start no process; its death is its master's affair."""
+    path = tmp_path / "a.step"
+    path.write_text("x")
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(own_process, (path,))
