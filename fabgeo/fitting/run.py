@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo import spline
 from fabgeo.errors import GeometryError
 from fabgeo.fitting import held as holding
 from fabgeo.fitting.folds import find_fold
@@ -29,7 +28,7 @@ from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.quality import Quality, mean_ruling, quality
 from fabgeo.fitting.reference import Reference
 from fabgeo.fitting.result import FitResult, Listener, Progress, totals
-from fabgeo.fitting.samples import Net
+from fabgeo.fitting.samples import Net, coarsened, refined
 from fabgeo.fitting.verdict import excess_of, verdict
 from fabgeo.strips.model import Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
@@ -92,9 +91,7 @@ class Run:
         resumed = self._resume()
         for _ in range(0 if resumed else self._coarsen()):
             self._grow(COARSE_LIMIT, finer=True)
-            if self.interrupted:
-                break
-            if not self._refine(self.options.growth):
+            if self.interrupted or not self._refine(self.options.growth):
                 break
         if not self.interrupted:
             self._grow(1.0, finer=self.options.refinements > 0)
@@ -135,10 +132,7 @@ class Run:
         count = (0 if fine else MOST_LEVELS) if levels is None else levels
         done = 0
         while done < count and net.segments % 2 == 0 and net.segments // 2 >= LEAST_SEGMENTS:
-            u = np.arange(0.0, net.segments + (0 if net.closed_u else 1), 2.0)
-            points = spline.evaluate(self.control, u, net.closed_u)
-            coarse = spline.interpolate(points, net.closed_u)
-            net = Net(net.edges, net.segments // 2, net.closed_u, net.closed_i)
+            net, coarse = coarsened(net, self.control)
             level = Level(net, self.reference, self.kind, self.options, self.held)
             state = level.state(coarse)
             if find_fold(state, level.coarse, level.dense) is not None:
@@ -156,13 +150,12 @@ class Run:
         False, and nothing done, where the denser look finds a fold.
         """
         old = self.level.net
-        control = spline.refine(self.control, old.closed_u)
-        net = Net(old.edges, old.segments * 2, old.closed_u, old.closed_i)
+        net, control = refined(old, self.control)
         level = self.level.refined(net)
         if find_fold(level.state(control), level.coarse, level.dense) is not None:
             return False
         self.control, self.level = control, level
-        self.anchor_at = spline.refine(self.anchor_at, old.closed_u)
+        self.anchor_at = refined(old, self.anchor_at)[1]
         self.weight = max(self.weight / back, 1.0)
         return True
 

@@ -46,6 +46,20 @@ class Net:
         return (np.arange(count)[:, None] + np.arange(width)) % self.edges
 
 
+def coarsened(net: Net, control: Array) -> tuple[Net, Array]:
+    """The net of half as many segments, and the model on it through every other knot's points."""
+    u = np.arange(0.0, net.segments + (0 if net.closed_u else 1), 2.0)
+    points = spline.evaluate(control, u, net.closed_u)
+    coarse = Net(net.edges, net.segments // 2, net.closed_u, net.closed_i)
+    return coarse, spline.interpolate(points, net.closed_u)
+
+
+def refined(net: Net, control: Array) -> tuple[Net, Array]:
+    """The net of twice as many segments, and the same model on it."""
+    finer = Net(net.edges, net.segments * 2, net.closed_u, net.closed_i)
+    return finer, spline.refine(control, net.closed_u)
+
+
 class Sites:
     """Sites of a net, with the spline's basis values there.
 
