@@ -23,7 +23,7 @@ def test_changed_files(name: str) -> None:
     seeds = reader.seeds()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # foreign readers warn of foreign bytes
-        for data in seeds:
-            reader.read_bytes(data)  # the seeds themselves are sound
+        for data in seeds[:4]:
+            reader.read_bytes(data)  # sound themselves; a package's are all one package
         for _ in range(FEWER.get(name, FILES)):
             reader(mutated(seeds, rng))
