@@ -12,6 +12,7 @@ from fabgeo.build.facts import Facts
 from fabgeo.build.figures import Figures
 from fabgeo.build.geometry import Design
 from fabgeo.build.skin import sheet_of
+from fabgeo.build.slits import slit_rows
 from fabgeo.build.solids import Built
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.forming import beyond_standards
@@ -54,7 +55,8 @@ def panel_rows(
     count: dict[str, int] = {}
     for connector in design.connectors:
         count[connector.panel] = count.get(connector.panel, 0) + 1
-    order, slits = erection_order(design), _slits(design)
+    order = erection_order(design)
+    slits = {} if design.trims is None else slit_rows(design.trims.slits)
     rows = []
     for patch, plate in zip(design.patches, design.panels, strict=True):
         choice, own = design.choices[plate.mark], figures[plate.mark]
@@ -75,7 +77,6 @@ def panel_rows(
             "gap_max_mm": choice.gap_mm,
             "gap_edge": plate.shared.get(choice.gap_edge, choice.gap_edge),
             "flange_mm": choice.flange_mm,
-            **slits.get(plate.mark, {}),
             "twist_max_deg": own.get("twist_max_deg"),
             "forming": choice.forming,
             "connectors": count.get(plate.mark, 0) if design.connectors else None,
@@ -84,6 +85,7 @@ def panel_rows(
         }
         row = _joined(row, _plate_row(design.project, plate, flats, built, places, facts))
         row = _joined(row, _box_row(facts[plate.mark].box, design.project))
+        row = _joined(row, slits.get(plate.mark, {}))
         flagged = beyond_standards(choice.cls, sheet_of(design.project, plate.material))
         if flagged:
             row = _joined(row, {"verdict": "warn", "reason": flagged})
@@ -98,18 +100,6 @@ def panel_rows(
                 row |= plank_row(flat, flats.get(plate.shared.get("second", "")))
         rows.append(row)
     return rows
-
-
-def _slits(design: Design) -> dict[str, Row]:
-    """The widest slit beside each panel that has any, and the panels across."""
-    across: dict[str, dict[str, float]] = {}
-    for slit in () if design.trims is None else design.trims.slits:
-        for mark, other in (slit.panels, slit.panels[::-1]):
-            across.setdefault(mark, {})[other] = slit.width
-    return {
-        mark: {"slit_max_mm": max(own.values()), "slit_edges": " ".join(own)}
-        for mark, own in across.items()
-    }
 
 
 def plank_row(flat: FlatPart, beside: FlatPart | None) -> Row:

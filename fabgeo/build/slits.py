@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,6 +51,24 @@ def slits_of(pieces: Mapping[str, Sequence[Cut]]) -> tuple[Slit, ...]:
             if facing is not None and width is not None and width <= WIDEST:
                 found.append(Slit((cut.plate.mark, facing.plate.mark), width))
     return tuple(found)
+
+
+def slit_rows(slits: Sequence[Slit]) -> dict[str, dict[str, Any]]:
+    """What rows of panels beside slits tell: the widest, the panels across, a warning."""
+    across: dict[str, dict[str, float]] = {}
+    for slit in slits:
+        for mark, other in (slit.panels, slit.panels[::-1]):
+            across.setdefault(mark, {})[other] = slit.width
+    return {
+        mark: {
+            "slit_max_mm": max(own.values()),
+            "slit_edges": " ".join(own),
+            "verdict": "warn",
+            "reason": f"{max(own.values()):.0f} mm stay open to {' and '.join(own)}, where a piece "
+            "was too small to make",
+        }
+        for mark, own in across.items()
+    }
 
 
 def _faces(one: Cut, other: Cut) -> bool:

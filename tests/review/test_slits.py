@@ -103,6 +103,8 @@ def test_a_package_states_its_slits_and_the_check_measures_them(tmp_path: Path) 
         for mark, other in (slit.panels, slit.panels[::-1]):
             row = next(row for row in rows if row["mark"] == mark)
             assert row["slit_edges"] == other
+            assert row["verdict"] == "warn"
+            assert f"mm stay open to {other}" in row["reason"]
             assert float(row["slit_max_mm"]) == pytest.approx(slit.width, abs=0.06)
     first, second = slits[0].panels
     text = table.read_text("utf-8")
