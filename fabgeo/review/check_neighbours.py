@@ -31,7 +31,7 @@ from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
 from fabgeo.review.panel_edges import PanelEdge, panel_edges
 
-GAP = 0.1  # mm beside the stated gap: joints between strips come off panels before they are replaced
+GAP = 0.1  # mm beside the stated gap: joints of strips come off panels before these are replaced
 CORNER = np.radians(80.0)  # edges at a corner of the building are no joint
 COVERED = 0.97  # share of a long edge with neighbours across: less at a boundary
 REACH = 20.0  # mm beside three joints: edges farther apart do not face each other
