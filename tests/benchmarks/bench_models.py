@@ -96,9 +96,9 @@ def ruling_error(model: StripModel) -> float:
 
 def back(model: StripModel, circular: StripModel) -> float:
     """How far the conical model over the circular one lies from the one it came from."""
-    u = model.parameters(4)
-    again = to_conical(circular).points(u)
-    gap: Array = np.linalg.norm(again - model.points(u)[1:-1], axis=-1)
+    u, again = model.parameters(4), to_conical(circular)
+    finer = again.segments / model.segments  # conversions halve segments where it takes it
+    gap: Array = np.linalg.norm(again.points(u * finer) - model.points(u)[1:-1], axis=-1)
     return float(gap.max())
 
 
