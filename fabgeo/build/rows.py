@@ -11,6 +11,7 @@ from fabgeo.arrays import Array
 from fabgeo.build.facts import Facts
 from fabgeo.build.figures import Figures
 from fabgeo.build.geometry import Design
+from fabgeo.build.planks import plank_row
 from fabgeo.build.skin import sheet_of
 from fabgeo.build.slits import slit_rows
 from fabgeo.build.solids import Built
@@ -18,7 +19,6 @@ from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.forming import beyond_standards
 from fabgeo.project import Project
 from fabgeo.review.verdicts import ORDER
-from fabgeo.sheets.boards import opposite_congruence, plank
 from fabgeo.sheets.stock import Nest
 from fabgeo.structures.boxes import Box
 from fabgeo.structures.parts import Beam, Plate
@@ -57,7 +57,7 @@ def panel_rows(
         count[connector.panel] = count.get(connector.panel, 0) + 1
     order = erection_order(design)
     slits = {} if design.trims is None else slit_rows(design.trims.slits)
-    rows = []
+    rows, plates = [], {plate.mark: plate for plate in design.panels}
     for patch, plate in zip(design.patches, design.panels, strict=True):
         choice, own = design.choices[plate.mark], figures[plate.mark]
         row: Row = {
@@ -97,25 +97,10 @@ def panel_rows(
             row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")
             row["developability_mm"] = facts[plate.mark].developability_mm
             if design.model.kind == "geodesic":
-                row |= plank_row(flat, flats.get(plate.shared.get("second", "")))
+                beyond = plate.shared.get("second", "")
+                row |= plank_row((plate, flat), (plates.get(beyond), flats.get(beyond)))
         rows.append(row)
     return rows
-
-
-def plank_row(flat: FlatPart, beside: FlatPart | None) -> Row:
-    """How straight a geodesic strip lies, and how far its edge to the next is from opposite.
-
-    Its plank is its flat length and width; parts without two long edges have no figures.
-    """
-    edges = {edge.name: edge for edge in flat.outline}
-    if not {"first", "second"} <= edges.keys():
-        return {}
-    found = plank(flat)
-    row: Row = {"plank_sag_mm": found.sag, "plank_yield": found.yield_}
-    across = [e for e in beside.outline if e.name == "first"] if beside is not None else []
-    if across and across[0].shared == flat.mark:
-        row["edge_congruence_mm"] = opposite_congruence(edges["second"], across[0])
-    return row
 
 
 def plate_rows(

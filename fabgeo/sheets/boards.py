@@ -26,6 +26,9 @@ from fabgeo.sheets.biarc import dense
 from fabgeo.sheets.nest import Listener, nest
 from fabgeo.sheets.stock import Nest, Stock
 
+Common = tuple[tuple[float, float], tuple[float, float]]
+WHOLE: Common = ((0.0, 1.0), (0.0, 1.0))
+
 
 @dataclass(frozen=True)
 class Plank:
@@ -70,21 +73,22 @@ def _edge(part: FlatPart, name: str) -> FlatEdge:
     )
 
 
-def resampled(edge: FlatEdge, count: int = 65) -> Array:
-    """Points (count, 2) at equal arc lengths along the edge."""
+def resampled(edge: FlatEdge, count: int = 65, part: tuple[float, float] = (0.0, 1.0)) -> Array:
+    """Points (count, 2) at equal arc lengths along the edge, or along a part of its length."""
     points, _ = dense(edge, 16)
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=-1)))
-    at = np.linspace(0.0, way[-1], count)
+    at = way[-1] * np.linspace(*part, count)
     return np.column_stack([np.interp(at, way, points[:, k]) for k in range(2)])
 
 
-def congruence(edge: FlatEdge, neighbour: FlatEdge) -> float:
+def congruence(edge: FlatEdge, neighbour: FlatEdge, common: Common = WHOLE) -> float:
     """Largest distance, in mm, of two developed edges after the best motion without mirroring.
 
     Both outlines run counter-clockwise, so a common edge is run in opposite senses; the developed
-    edges of a geodesic model then coincide when the parts are laid side by side.
+    edges of a geodesic model then coincide when the parts are laid side by side. Where one part is
+    cut shorter, `common` is what both have of the edge, as parts of each one's length.
     """
-    p, q = resampled(edge), resampled(neighbour)[::-1]
+    p, q = resampled(edge, part=common[0]), resampled(neighbour, part=common[1])[::-1]
     pc, qc = p - p.mean(axis=0), q - q.mean(axis=0)
     sine = float(np.sum(pc[:, 0] * qc[:, 1] - pc[:, 1] * qc[:, 0]))
     angle = np.arctan2(sine, float(np.sum(pc * qc)))
@@ -92,7 +96,7 @@ def congruence(edge: FlatEdge, neighbour: FlatEdge) -> float:
     return float(np.linalg.norm(pc @ np.array([[c, s], [-s, c]]) - qc, axis=-1).max())
 
 
-def opposite_congruence(edge: FlatEdge, neighbour: FlatEdge) -> float:
+def opposite_congruence(edge: FlatEdge, neighbour: FlatEdge, common: Common = WHOLE) -> float:
     """Largest distance, in mm, of two developed edges from being congruent when one is mirrored.
 
     In a geodesic model the osculating planes of an edge bisect its strips: developed, the edge
@@ -102,7 +106,7 @@ def opposite_congruence(edge: FlatEdge, neighbour: FlatEdge) -> float:
     mirrored = replace(
         neighbour, points=neighbour.points * turned, tangents=neighbour.tangents * turned
     )
-    return congruence(edge, mirrored)
+    return congruence(edge, mirrored, common)
 
 
 def cut_boards(

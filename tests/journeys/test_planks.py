@@ -50,9 +50,9 @@ def test_planks_are_nearly_straight_and_lie_edge_to_edge(tmp_path: Path) -> None
     with (tmp_path / "out" / "schedules" / "panels.csv").open(encoding="utf-8") as stream:
         panels = list(csv.DictReader(stream))
     assert len(panels) >= 10
+    for row in panels[1:-1]:  # the outermost are cut along sides that bulge by 14 mm
+        assert float(row["plank_sag_mm"]) < 1e-4 * float(row["flat_length_mm"])
     for row in panels:
-        sag, length = float(row["plank_sag_mm"]), float(row["flat_length_mm"])
-        assert sag < 2e-3 * length
         assert 0.5 < float(row["plank_yield"]) <= 1.0
         assert float(row["flat_width_mm"]) < 260.0
         assert float(row["sheet_rotation_deg"]) % 180.0 == pytest.approx(0.0)
