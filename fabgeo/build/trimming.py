@@ -73,7 +73,7 @@ class Trims:
         words = (
             f"{len(self.cut)} panels are cut along the boundary, {len(self.outside)} lie wholly "
             f"beyond it, {len(self.slivers)} have pieces too small to make; tips, these pieces and "
-            f"joints between pieces leave {self.lost / 1e6:.2f} m2 open"
+            f"joints between pieces leave {self.lost / 1e6:.3g} m2 open"
         )
         if not self.slits:
             return words
