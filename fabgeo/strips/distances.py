@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, IntArray, dot
-from fabgeo.strips.frames import EdgeCurves, Frames, two_sides
+from fabgeo.strips.frames import EdgeCurves, Frames, frames, two_sides
 from fabgeo.strips.measures import worst
 from fabgeo.surfaces.base import DesignSurface
 
@@ -25,9 +25,7 @@ def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int
     than `OVERHANG` is cut off later and counts neither in deviations nor in the sag limit. Where
     rulings lie on the surface, the deviation is compared with `EXACT` of its size in place of it.
     """
-    v = np.linspace(0.0, 1.0, ACROSS)
-    p0, p1 = f.sides(f.p)
-    x = p0[:, None] + v[:, None, None] * (p1 - p0)[:, None]  # (strips, v, k, 3)
+    x = _across(f)
     feet = surface.closest(x.reshape(-1, 3))
     apart = x.reshape(-1, 3) - feet.point
     height = dot(apart, feet.normal)
@@ -45,26 +43,38 @@ def distances(model: EdgeCurves, surface: DesignSurface, f: Frames, samples: int
     sag = kappa.max(axis=1) * f.length**2 / 16.0
     limit, most = worst(sag, f.u), worst(deviation.max(axis=1), f.u)
     bound = max(limit.value, EXACT * float(np.linalg.norm(np.ptp(surface.bounds, axis=0))))
-    back, place = _back(model, f, x, surface, samples)
+    points = surface.sample(samples).point
+    back = _back(model, f, x, points)
     return {
         "deviation_max": most,
         "deviation_rms": float(np.sqrt(np.sum(deviation**2) / max(int(counts.sum()), 1))),
+        "deviation_count": int(counts.sum()),
         "overhang_max": worst(beside.max(axis=1), f.u),
         "sag_limit": limit,
         "deviation_over_sag_limit": most.value / bound if bound > 0.0 else None,
         "surface_to_model_max": float(back.max()),
         "surface_to_model_rms": float(np.sqrt(np.mean(back**2))),
-        "surface_to_model_at": place,
+        "surface_to_model_at": tuple(points[int(np.argmax(back))].tolist()),
         "covered_share": float(np.mean(back <= max(most.value, limit.value))),
         **_boundary(model, f, surface),
     }
 
 
-def _back(
-    model: EdgeCurves, f: Frames, x: Array, surface: DesignSurface, samples: int
-) -> tuple[Array, tuple[float, float, float]]:
-    """Distances of points on the surface from the model, and where the largest is."""
-    points = surface.sample(samples).point
+def distances_from(model: EdgeCurves, points: Array, per_segment: int = 8) -> Array:
+    """Distances (k,) of points (k, 3) from a model, as `distances` takes those of a surface."""
+    f = frames(model, model.parameters(per_segment))
+    return _back(model, f, _across(f), points)
+
+
+def _across(f: Frames) -> Array:
+    """Points (strips, v, k, 3) on the rulings."""
+    v = np.linspace(0.0, 1.0, ACROSS)
+    p0, p1 = f.sides(f.p)
+    return p0[:, None] + v[:, None, None] * (p1 - p0)[:, None]
+
+
+def _back(model: EdgeCurves, f: Frames, x: Array, points: Array) -> Array:
+    """Distances of points from the model, which has points x on its rulings."""
     strips, across, k = x.shape[:3]
     _, nearest = KDTree(x.reshape(-1, 3)).query(points)
     strip, rest = np.divmod(nearest, across * k)
@@ -78,9 +88,7 @@ def _back(
         if len(at):
             other, _, _ = project(model, points[at], beyond[at], start[at], 1.0 - v[at])
             found[at] = np.minimum(found[at], other)
-    at = int(np.argmax(found))
-    place = (float(points[at, 0]), float(points[at, 1]), float(points[at, 2]))
-    return found, place
+    return found
 
 
 def project(

@@ -40,9 +40,10 @@ class Worst:
 class Measures:
     """Worst values of a model, lengths in its unit, angles in degrees.
 
-    `covered_share` is the part of the surface that is as near to the model as the model is to the
-    surface. Those of an edge carry the edge's index as `strip`. What needs a design surface is None
-    without one; conicality, circularity, geodesic and kink_across are None for a single strip.
+    `deviation_count` is how many samples `deviation_rms` is of; `covered_share` is the part of the
+    surface that is as near to the model as the model is to the surface. Those of an edge carry the
+    edge's index as `strip`. What needs a design surface is None without one; conicality,
+    circularity, geodesic and kink_across are None for a single strip.
     """
 
     twist_deg: Worst
@@ -59,6 +60,7 @@ class Measures:
     folds: tuple[Worst, ...]
     deviation_max: Worst | None = None
     deviation_rms: float | None = None
+    deviation_count: int | None = None
     overhang_max: Worst | None = None
     sag_limit: Worst | None = None
     deviation_over_sag_limit: float | None = None

@@ -48,12 +48,17 @@ class Layer:
 
 @dataclass(frozen=True)
 class Joint:
-    """Joint widths in mm and how they are taken off along edge curves."""
+    """Joint widths in mm and how they are taken off along edge curves.
+
+    `seams`: whether other models go on beyond the model's first and its last edge, so that joints
+    are taken off there too.
+    """
 
     edge: float = 0.0
     ruling: float = 0.0
     sides: JointSides = "parallel"
     at_boundary: bool = False
+    seams: tuple[bool, bool] = (False, False)
 
 
 def panels(
@@ -63,11 +68,13 @@ def panels(
     joint: Joint | None = None,
     tolerance: float = 1e-3,
     suffix: str = "",
+    first: int = 0,
 ) -> list[Plate]:
     """Panels of one layer, one a patch, in the order of the patches.
 
     Works on a model of any kind. Marks are ``P-03-07`` plus `suffix` (such as ``-INS`` for a
-    second leaf); `shared` names the neighbours across edges and rulings.
+    second leaf); `shared` names the neighbours across edges and rulings. `first` is the number
+    that the patches give to the model's first strip.
 
     Raises
     ------
@@ -80,29 +87,40 @@ def panels(
     known: dict[int, list[Patch]] = defaultdict(list)
     for patch in patches:
         known[patch.strip].append(patch)
-    return [_panel(model, patch, known, layer, joint, tolerance, suffix) for patch in patches]
+    strips = _Strips(model, first, known)
+    return [_panel(strips, patch, layer, joint, tolerance, suffix) for patch in patches]
+
+
+@dataclass(frozen=True)
+class _Strips:
+    """A model, the number of its first strip, and the patches on each."""
+
+    model: StripModel
+    first: int
+    known: Mapping[int, Sequence[Patch]]
 
 
 def _panel(
-    model: StripModel,
+    strips: _Strips,
     patch: Patch,
-    known: Mapping[int, Sequence[Patch]],
     layer: Layer,
     joint: Joint,
     tolerance: float,
     suffix: str,
 ) -> Plate:
     mark = patch.mark + suffix
-    shared = _neighbours(model, patch, known, suffix)
+    shared = _neighbours(strips, patch, suffix)
+    row = patch.strip - strips.first
+    outer = (row == 0 and joint.seams[0], row == strips.model.strips - 1 and joint.seams[1])
     take = [
-        (joint.edge if (side in shared or joint.at_boundary) else 0.0) / 2.0
-        for side in ("first", "second")
+        (joint.edge if (side in shared or joint.at_boundary or seam) else 0.0) / 2.0
+        for side, seam in zip(("first", "second"), outer, strict=True)
     ]
     trim = [
         (joint.ruling if (side in shared or joint.at_boundary) else 0.0) / 2.0
         for side in ("start", "end")
     ]
-    local = _strip_only(model, patch.strip)
+    local = _strip_only(strips.model, row)
     u0 = patch.u0 + _ruling_step(local, patch.strip, patch.u0, trim[0], layer.height)
     u1 = patch.u1 - _ruling_step(local, patch.strip, patch.u1, trim[1], layer.height)
     if u1 - u0 < 0.02 * (patch.u1 - patch.u0):
@@ -169,15 +187,13 @@ def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: f
     return distance / float(speed)
 
 
-def _neighbours(
-    model: StripModel, patch: Patch, known: Mapping[int, Sequence[Patch]], suffix: str
-) -> dict[str, str]:
+def _neighbours(strips: _Strips, patch: Patch, suffix: str) -> dict[str, str]:
     """Marks of the panels across the patch's edges (the one that overlaps most) and rulings."""
-    out = {}
+    model, known, out = strips.model, strips.known, {}
     for side, step in (("first", -1), ("second", 1)):
         strip = patch.strip + step
         if model.closed_i:
-            strip %= model.strips
+            strip = (strip - strips.first) % model.strips + strips.first
         best, most = "", 1e-9
         for other in known.get(strip, ()):
             overlap = min(other.u1, patch.u1) - max(other.u0, patch.u0)

@@ -7,6 +7,7 @@ import pytest
 
 from fabgeo.arrays import Array, unit
 from fabgeo.strips import exact
+from fabgeo.strips.distances import distances_from
 from fabgeo.strips.measures import measure
 from fabgeo.strips.model import StripModel
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints
@@ -84,6 +85,14 @@ def test_chords_inside_the_surface_have_their_sagitta(model: StripModel) -> None
     assert found.boundary_max < 1.0 + 1300.0 * (1.0 - np.cos(step / 2.0)) * 10.0
     assert found.boundary_to_model_max is not None
     assert found.boundary_to_model_max < 1.0 + sag.max() * 1.1
+
+
+def test_the_nearest_of_two_parts_is_as_near_as_the_whole(model: StripModel) -> None:
+    points = model.points(model.parameters(1)).reshape(-1, 3) * np.array([1.0, 1.01, 0.99])
+    parts = [model.with_control(model.control[rows]) for rows in (slice(0, 4), slice(3, None))]
+    apart = np.min([distances_from(part, points) for part in parts], axis=0)
+    assert apart == pytest.approx(distances_from(model, points), abs=1e-6)
+    assert apart.min() > 0.0
 
 
 def test_kinks_widths_and_radii_in_closed_form(model: StripModel) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from structure_models import twist_deg
@@ -51,6 +53,22 @@ def test_panels_of_any_height_keep_parallel_rulings_and_the_joint(conical: Strip
         steps = others - ends
         gaps = np.linalg.norm(steps - dot(steps, e)[:, None] * e, axis=-1)
         assert gaps.min() == pytest.approx(10.0, abs=0.05)
+
+
+def test_a_model_parted_at_an_edge_has_the_panels_of_the_whole(conical: StripModel) -> None:
+    layer, rule = Layer("panel", 0.0, 3.0, "glass"), CutRule(count=2)
+    whole = panels(conical, cut(conical, rule), layer, Joint(12.0, 10.0))
+    made = []
+    for rows, seams, first in ((slice(0, 3), (False, True), 0), (slice(2, None), (True, False), 2)):
+        part = conical.with_control(conical.control[rows])
+        own = [replace(patch, strip=patch.strip + first) for patch in cut(part, rule)]
+        made += panels(part, own, layer, Joint(12.0, 10.0, seams=seams), first=first)
+    assert [plate.mark for plate in made] == [plate.mark for plate in whole]
+    for one, other in zip(made, whole, strict=True):
+        u = one.mid.parameters(4)
+        assert np.abs(one.mid.edges(u) - other.mid.edges(u)).max() < 1e-6
+        across = {"P-01": "second", "P-02": "first"}.get(one.mark[:4])
+        assert set(other.shared) - set(one.shared) == ({across} if across else set())
 
 
 def test_layer_surfaces_lie_at_their_height(conical: StripModel) -> None:
