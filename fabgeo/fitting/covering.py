@@ -75,8 +75,9 @@ def cover(
     """
     if models < 1:
         raise InputError("covering", f"expected one model or more, found {models}")
-    seeds = [part_seed(surface, (k + 1, models), direction) for k in range(models)]
-    started = [geodesic_start(surface, strips, segments, seed=seed)[0] for seed in seeds]
+    parts = [(k + 1, models) for k in range(models)]
+    seeds = [part_seed(surface, part, direction) for part in parts]
+    started = [geodesic_start(surface, strips, segments, direction, part=p)[0] for p in parts]
     found = [model.with_control(model.control, kind="geodesic") for model in started]
     widths = tuple(_widths(m, surface) for m in found)
     return Covering(tuple(found), tuple(seeds), _coverage(found, surface), widths)

@@ -122,6 +122,15 @@ def test_neighbouring_models_start_from_one_seam():
         start(DEEP, "geodesic", 2, 12, part=(4, 3))
 
 
+def test_outermost_models_go_on_beyond_the_boundary_and_no_others_do():
+    for number, outer in ((1, (0,)), (2, ()), (3, (-1,))):
+        edges = start(BOWL, "geodesic", 3, 12, part=(number, 3)).model.points(np.arange(13.0))
+        for k in (0, -1):
+            within = np.abs(edges[k, :, 0]) < 5e3
+            beyond = np.abs(edges[k, within, 1]) > 3e3
+            assert beyond.all() if k in outer else not beyond.any()
+
+
 def test_a_covering_of_nothing_is_refused():
     with pytest.raises(InputError, match="one model or more"):
         cover(BOWL, 0)

@@ -58,32 +58,44 @@ def geodesic_start(
         leaves from its piece of the seed curve.
     """
     extended = Extended(surface)
-    if part is not None and seed is None:
-        seed = part_seed(surface, part, direction)
     if seed is None:
-        net = _covering_net(extended, direction, angle, overhang)
+        net = _covering_net(extended, direction, angle, overhang, part)
     else:
         net = geodesic_net(extended, checked("seed", seed, (None, 3)), angle, overhang)
     model, notes = model_of_net(net, extended, strips, segments, **{"ends": "free", **options})
     return model, [f"geodesics at {angle:.0f} deg to a seed curve", *notes]
 
 
-def _covering_net(surface: Extended, direction: Any, angle: float, overhang: float) -> Net:
+def _covering_net(
+    surface: Extended,
+    direction: Any,
+    angle: float,
+    overhang: float,
+    part: tuple[int, int] | None = None,
+) -> Net:
     """Geodesics across a seed curve that goes on until the outermost lie beyond the boundary.
 
-    An edge along the boundary, now inside, now outside, would be cut in slivers.
+    An edge along the boundary, now inside, now outside, would be cut in slivers. Of models side by
+    side the first goes on at its begin, the last at its end.
     """
-    curve = default_seed(surface.inner, direction)
+
+    def seed(ahead: npt.ArrayLike) -> Array:
+        if part is None:
+            return default_seed(surface.inner, direction, ahead)
+        return part_seed(surface.inner, part, direction, ahead)
+
+    outer = np.ones(2) if part is None else np.array([part[0] == 1, part[0] == part[1]])
+    curve = seed((0.0, 0.0))
     margin = overhang * float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()) / LINES
     ahead = np.full(2, margin)
     net = None
     for _ in range(ROUNDS):
-        longer = default_seed(surface.inner, direction, ahead)
+        longer = seed(ahead)
         if net is not None and len(longer) == len(curve):
             break  # it leads round the surface
         curve = longer
         net = geodesic_net(surface, curve, angle, overhang)
-        missing = uncovered(net.points, surface)[0]
+        missing = uncovered(net.points, surface)[0] * outer
         if not missing.any():
             break
         ahead = np.where(missing > 0.0, ahead + missing + margin, ahead)
@@ -130,8 +142,15 @@ def geodesic_net(
     return Net(rows)
 
 
-def part_seed(surface: DesignSurface, part: tuple[int, int], direction: Any = None) -> Array:
+def part_seed(
+    surface: DesignSurface,
+    part: tuple[int, int],
+    direction: Any = None,
+    ahead: npt.ArrayLike = (0.0, 0.0),
+) -> Array:
     """The piece of the default seed curve that one of several models side by side leaves from.
+
+    `ahead` is how far the first piece goes on beyond the boundary, and the last one.
 
     Raises
     ------
@@ -141,8 +160,13 @@ def part_seed(surface: DesignSurface, part: tuple[int, int], direction: Any = No
     number, count = part
     if not 1 <= number <= count:
         raise InputError("part", f"expected one from 1 to {count}, found {number}")
-    whole = even(default_seed(surface, direction), OF_A_PIECE * count + 1)
-    return whole[OF_A_PIECE * (number - 1) : OF_A_PIECE * number + 1]
+    line, longer = default_seed(surface, direction), default_seed(surface, direction, ahead)
+    whole = even(line, OF_A_PIECE * count + 1)
+    piece = whole[OF_A_PIECE * (number - 1) : OF_A_PIECE * number + 1]
+    begin, end = (int(np.argmin(np.linalg.norm(longer - x, axis=1))) for x in line[[0, -1]])
+    before = longer[:begin] if number == 1 else longer[:0]
+    after = longer[end + 1 :] if number == count else longer[:0]
+    return np.concatenate([before, piece, after])
 
 
 def default_seed(
