@@ -30,8 +30,8 @@ class Fence:
     ----------
     loops : tuple of int
         The overhung loops of the surface.
-    corners : (k, 3) array
-        Where they turn sharply.
+    corners : (k, 2, 3) array
+        Where they turn sharply, and the surface's unit normals there.
     """
 
     def __init__(self, surface: DesignSurface, model: StripModel, least: float = 0.1) -> None:
@@ -44,7 +44,9 @@ class Fence:
         beyond = [float(-row[nearest == k].min(initial=0.0)) for k, row in enumerate(apart)]
         self.loops = tuple(k for k, far in enumerate(beyond) if far > least * width)
         self._sides = [sides[k] for k in self.loops]
-        self.corners = np.concatenate([np.empty((0, 3)), *(side.corners for side in self._sides)])
+        self.corners = np.concatenate(
+            [np.empty((0, 2, 3)), *(side.corners for side in self._sides)]
+        )
 
     def __call__(self, points: Array) -> Array:
         """How far inside points (k, 3) lie: distances from the loops, negative beyond one."""
@@ -66,10 +68,10 @@ class _Loop:
         sharp = dot(chord, before) <= CORNER
         smooth = ~sharp[:, None]  # at a corner both segments keep theirs
         tangent = unit(chord + before)
-        self.corners = points[sharp]
         self._leave = np.where(smooth, tangent, chord)
         self._arrive = np.where(np.roll(smooth, -1, axis=0), np.roll(tangent, -1, axis=0), chord)
         normal = surface.closest(points).normal
+        self.corners = np.stack([points, normal], axis=1)[sharp]
         inwards = cross(normal, self._leave), cross(np.roll(normal, -1, 0), self._arrive)
         size = float(np.linalg.norm(self._step, axis=1).min())
         probe = (points + after) / 2.0 + 0.01 * size * inwards[0]

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.strips.within import Within
@@ -134,34 +134,36 @@ def pace(ruled: RuledPatch, u: float) -> float:
 
 
 def corners_on(ruled: RuledPatch, corners: Array) -> Array:
-    """Parameters (k, 2) of the boundary's corners that lie on the patch."""
+    """Parameters (k, 2) of the boundary's corners on the patch, seen along the surface's normals.
+
+    Depth is seen that way too: where the boundary runs along the rulings up to its corner, a
+    corner beside the last ruling that ends there would leave a leap in the lane's end.
+    """
     u = ruled.parameters(TESTED)
     a, b = ruled.edges(u)
     size = float(np.linalg.norm(b - a, axis=1).mean())
     out = []
-    for corner in corners:
+    for corner, normal in corners:
         if np.linalg.norm(np.concatenate([a, b]) - corner, axis=1).min() > 4.0 * size:
             continue
-        low, high = u[0], u[-1]
-        side = _beyond(ruled, corner, u)
+        side = _beyond(ruled, corner, normal, u)
         (change,) = np.nonzero((side[1:] >= 0.0) != (side[:-1] >= 0.0))
         for k in change:
             low, high = u[k], u[k + 1]
             for _ in range(60):
                 middle = (low + high) / 2.0
-                same = (_beyond(ruled, corner, np.array([middle]))[0] >= 0.0) == (side[k] >= 0.0)
-                low, high = (middle, high) if same else (low, middle)
+                here = _beyond(ruled, corner, normal, np.array([middle]))[0]
+                low, high = (middle, high) if (here >= 0.0) == (side[k] >= 0.0) else (low, middle)
             p, q = ruled.edges(np.array([low]))[:, 0]
-            v = float((corner - p) @ (q - p) / ((q - p) @ (q - p)))
+            flat = q - p - dot(q - p, normal) * normal
+            v = float((corner - p) @ flat / (flat @ flat))
             off = float(np.linalg.norm(corner - p - v * (q - p)))
             if 0.0 < v < 1.0 and off < 0.1 * size:
                 out.append((low, v))
     return np.array(out).reshape(-1, 2)
 
 
-def _beyond(ruled: RuledPatch, point: Array, u: Array) -> Array:
-    """How far a point lies beyond the rulings at u, at right angles to them."""
+def _beyond(ruled: RuledPatch, point: Array, normal: Array, u: Array) -> Array:
+    """How far a point lies beside the rulings at u, seen along a normal."""
     a, b = ruled.edges(u)
-    e, speed = unit(b - a), ruled.edges(u, 1).mean(axis=0)
-    side = speed - dot(speed, e)[:, None] * e
-    return dot(point - a, side)
+    return dot(point - a, unit(cross(normal, b - a)))

@@ -140,8 +140,8 @@ def trimmed_ruled(
     ----------
     depth : callable
         Signed depth of points (k, 3), such as a `Fence`.
-    corners : (k, 3) array, optional
-        Corners of the boundary.
+    corners : (k, 2, 3) array, optional
+        Corners of the boundary, with the surface's unit normals there.
     mark : str
         Its name in messages.
 
@@ -153,13 +153,13 @@ def trimmed_ruled(
     rules = rules or Rules()
     within, u = Within(ruled, depth), ruled.parameters(TESTED)
     area = _area(ruled, u, np.zeros(len(u)), np.ones(len(u)))
-    events = within.events(u)
+    at = corners_on(ruled, corners) if corners is not None and len(corners) else np.empty((0, 2))
+    events = within.events(np.unique(np.concatenate([u, at[:, 0]])))
     if not len(events):
         spans = within.spans(u[[0, len(u) // 2, -1]])
         if all(s == [(0.0, 1.0)] for s in spans):
             whole = Piece(ruled, (False, False), ((0.0, 1.0), (0.0, 1.0)))
             return Trimmed((whole,), area, area)
-    at = corners_on(ruled, corners) if corners is not None and len(corners) else np.empty((0, 2))
     breaks = np.unique(np.concatenate([u[[0, -1]], events, at[:, 0]]))
     keep = np.append(True, np.diff(breaks) > 1e-7 * (u[-1] - u[0]))
     breaks = breaks[keep]

@@ -140,18 +140,22 @@ class Within:
         return np.unique(found)
 
     def _closer(self, u: Array) -> Array:
-        """Ascending u (k,) with more between neighbours of one pattern whose spans leap.
+        """Ascending u (k,) with more between neighbours whose spans leap.
 
-        Two spans may appear and join between two rulings that show one span each: beside a corner
-        where the boundary comes to run along the rulings.
+        Two spans may appear and join between two rulings that show one span each, or one and
+        none: beside a corner where the boundary comes to run along the rulings.
         """
         for _ in range(ROUNDS):
             spans = self.spans(u)
-            leaps = [
-                len(here) == len(there) > 0 and float(np.abs(np.subtract(there, here)).max()) > LEAP
-                for here, there in pairwise(spans)
-            ]
+            leaps = [_leap(here, there) > LEAP for here, there in pairwise(spans)]
             if not any(leaps):
                 break
             u = np.sort(np.concatenate([u, ((u[1:] + u[:-1]) / 2.0)[leaps]]))
         return u
+
+
+def _leap(here: list[Span], there: list[Span]) -> float:
+    """How far an end of a span goes between two rulings, or how much more of one is inside."""
+    if len(here) == len(there) > 0:
+        return float(np.abs(np.subtract(there, here)).max())
+    return abs(sum(high - low for low, high in here) - sum(high - low for low, high in there))

@@ -218,23 +218,24 @@ def test_pieces_are_developable_as_their_patches_and_unfold_exactly(cut):
     assert sides > 15
 
 
-def test_horns_between_two_tested_rulings_are_found():
+@pytest.mark.parametrize(("begin", "lean", "bulge"), [(495.0, 17.0, 16.6), (577.5, 2.0, 4.0)])
+def test_horns_between_two_tested_rulings_are_found(begin: float, lean: float, bulge: float):
     """Beside a corner the boundary bulges along the rulings: one span, two, one within 13 of 125.
 
-    It comes in along x = f(y) and leaves along y = 944.
+    It comes in along x = f(y) and leaves along y = 944; of the second nothing is inside before.
     """
 
     def depth(points: np.ndarray) -> np.ndarray:
         t = points[:, 1] / 944.0
-        along = points[:, 0] - 495.0 - 17.0 * t - 16.6 * np.sin(np.pi * t)
+        along = points[:, 0] - begin - lean * t - bulge * np.sin(np.pi * t)
         return np.minimum(along, 944.0 - points[:, 1])
 
     knots, sites = np.repeat([0.0, 1000.0], 4), np.linspace(0.0, 1000.0, 4)
     first = np.column_stack([sites, np.zeros((4, 2))])
     ruled = RuledPatch.through(knots, sites, first, first + np.array([0.0, 1000.0, 0.0]))
-    corner = np.array([[512.0, 944.0, 0.0]])
+    corner = np.array([[[begin + lean, 944.0, 0.0], [0.0, 0.0, 1.0]]])
     found = trimmed_ruled(ruled, depth, corner, SHARP)
-    expected = 944.0 * (505.0 - 8.5 - 16.6 * 2.0 / np.pi)
+    expected = 944.0 * (1000.0 - begin - lean / 2.0 - bulge * 2.0 / np.pi)
     assert found.inside == pytest.approx(expected, rel=1e-4)
     left = expected - sum(area(piece.ruled) for piece in found.pieces)
     assert 0.0 <= left < 2.0 * 0.03 * 944.0 + 1.0  # beside the ruling that the boundary touches
