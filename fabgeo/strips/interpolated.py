@@ -20,6 +20,9 @@ from fabgeo.errors import GeometryError
 
 type Curves = Callable[[Array], Array]
 
+HALVINGS = 5  # of all knot spans
+CLOSER = 5  # further ones, of those where the error is
+
 
 @dataclass(frozen=True)
 class Interpolated:
@@ -41,26 +44,30 @@ class Interpolated:
 def interpolated(curves: Curves, knots: Array, tolerance: float, where: str) -> Interpolated:
     """Interpolate curves u (k,) -> (N, k, 3) on clamped knots, halved up to five times.
 
+    Then only spans that are still off are halved: beside knots of the model where a second
+    derivative enters, as in envelopes, curves have kinks of thousandths of a degree.
+
     Raises
     ------
     GeometryError
         If the tolerance can't be reached.
     """
     error = np.inf
-    for _ in range(6):
-        made = _through(curves, knots)
+    for attempt in range(HALVINGS + CLOSER):
+        made, at, away = _through(curves, knots)
         error = made.error
         if error <= tolerance:
             return made
-        knots = halved(knots)
+        knots = halved(knots, at[away > tolerance] if attempt >= HALVINGS else None)
     raise GeometryError(
         where,
         f"its curves can't be interpolated to {tolerance:g} mm (found {error:.3g})",
-        "give a larger tolerance, or look for a kink or a fold there",
+        "look for a kink or a fold of the model there; more segments make its curves smoother",
     )
 
 
-def _through(curves: Curves, knots: Array) -> Interpolated:
+def _through(curves: Curves, knots: Array) -> tuple[Interpolated, Array, Array]:
+    """The curves on these knots, and how far they are off at which u."""
     scaled = np.round((knots - knots[0]) / (knots[-1] - knots[0]), 12)
     rule = _rule(scaled.tobytes())
     sites = knots[0] + rule.sites * (knots[-1] - knots[0])
@@ -68,8 +75,8 @@ def _through(curves: Curves, knots: Array) -> Interpolated:
     count = len(knots) - 4
     poles = np.einsum("pk,nkd->npd", rule.inverse, values[:, :count])
     found = np.einsum("kp,npd->nkd", rule.checks, poles)
-    error = np.linalg.norm(found - values[:, count:], axis=-1).max()
-    return Interpolated(knots, poles, float(error))
+    away = np.linalg.norm(found - values[:, count:], axis=-1).max(axis=0)
+    return Interpolated(knots, poles, float(away.max())), sites[count:], away
 
 
 @dataclass(frozen=True)
@@ -104,10 +111,15 @@ def _rule(key: bytes) -> _Rule:
     )
 
 
-def halved(knots: Array) -> Array:
-    """Clamped knots with the middle of every span added."""
+def halved(knots: Array, at: Array | None = None) -> Array:
+    """Clamped knots with the middle of every span added, or of those in which some u lie."""
     spans = np.unique(knots)
-    return np.sort(np.concatenate([knots, (spans[1:] + spans[:-1]) / 2.0]))
+    middles = (spans[1:] + spans[:-1]) / 2.0
+    if at is not None:
+        tiny = 1e-9 * (spans[-1] - spans[0])
+        places = np.concatenate([np.searchsorted(spans, at + step) - 1 for step in (-tiny, tiny)])
+        middles = middles[np.unique(np.clip(places, 0, len(middles) - 1))]
+    return np.sort(np.concatenate([knots, middles]))
 
 
 def knots_between(u0: float, u1: float, least: int = 2, multiplicity: int = 1) -> Array:
