@@ -8,9 +8,9 @@ figure
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,41 +23,66 @@ from fabgeo.panels.flat import FlatPart
 from fabgeo.project import Project
 from fabgeo.review.record import Limit
 from fabgeo.sheets.stock import Nest
-from fabgeo.strips.measures import Measures, measure
+from fabgeo.strips.distances import distances_from
+from fabgeo.strips.measures import Measures, Worst, measure
 from fabgeo.strips.offset import Offset, offset
 from fabgeo.structures.prisms import ruled_normals
 
-if TYPE_CHECKING:
-    pass
-
 type Figures = dict[str, dict[str, float | None]]
 
+SAMPLES = 4000  # of the surface, for its distance from several models
 CERTIFIED = ("edge_length_error_mm", "area_error_rel", "refold_error_mm")
 FACING = {"first": "second", "second": "first", "start": "end", "end": "start"}
 
 
-def model_figures(design: Design) -> tuple[dict[str, float | None], Measures]:
-    """Figures of the fitted model against the design surface, and all its measures."""
-    found = measure(design.model, design.surface)
+def model_figures(design: Design) -> dict[str, float | None]:
+    """Figures of the fitted models against the design surface: the worst of all."""
+    found = [measure(own.model, design.surface) for own in design.models]
+    conical = all(own.model.kind == "conical" for own in design.models)
     out: dict[str, float | None] = {
-        "deviation_max_mm": found.deviation_max.value if found.deviation_max else None,
-        "deviation_rms_mm": found.deviation_rms,
-        "deviation_over_sag_limit": found.deviation_over_sag_limit,
-        "surface_to_model_max_mm": found.surface_to_model_max,
-        "covered_share": found.covered_share,
-        "folds": float(len(found.folds)),
-        "twist_max_deg": found.twist_deg.value,
-        "kink_max_deg": found.kink_across_deg.value if found.kink_across_deg else None,
-        "conical_residual": (
-            found.conicality.value if design.model.kind == "conical" and found.conicality else None
-        ),
+        "deviation_max_mm": _largest(m.deviation_max for m in found),
+        "deviation_rms_mm": _of_all_samples(found),
+        "deviation_over_sag_limit": _largest(m.deviation_over_sag_limit for m in found),
+        "surface_to_model_max_mm": found[0].surface_to_model_max,
+        "covered_share": found[0].covered_share,
+        "folds": float(sum(len(m.folds) for m in found)),
+        "twist_max_deg": _largest(m.twist_deg for m in found),
+        "kink_max_deg": _largest(m.kink_across_deg for m in found),
+        "conical_residual": _largest(m.conicality for m in found) if conical else None,
     }
+    if len(found) > 1:
+        out |= _covered_together(design, found)
     pair = offset_pair(design)
     if pair is not None:
         errors = pair.errors
         known = [e for e in (errors.ruling, errors.plane, errors.vertex) if np.isfinite(e)]
         out["offset_distance_error_mm"] = max(known)
-    return out, found
+    return out
+
+
+def _largest(values: Iterable[Worst | float | None]) -> float | None:
+    numbers = (v.value if isinstance(v, Worst) else v for v in values)
+    return max((v for v in numbers if v is not None), default=None)
+
+
+def _of_all_samples(found: Sequence[Measures]) -> float:
+    """The root mean square deviation of several models, from that of each."""
+    squares = [(m.deviation_count or 0) * (m.deviation_rms or 0.0) ** 2 for m in found]
+    return float(np.sqrt(sum(squares) / max(sum(m.deviation_count or 0 for m in found), 1)))
+
+
+def _covered_together(design: Design, found: Sequence[Measures]) -> dict[str, float | None]:
+    """How far the surface is from the nearest model, and the share of it that they cover.
+
+    As of a single model: points count that are as near to them as they are to the surface.
+    """
+    points = design.surface.sample(SAMPLES).point
+    away = np.min([distances_from(own.model, points) for own in design.models], axis=0)
+    near = _largest(limit for m in found for limit in (m.deviation_max, m.sag_limit)) or 0.0
+    return {
+        "surface_to_model_max_mm": float(away.max()),
+        "covered_share": float(np.mean(away <= near)),
+    }
 
 
 def offset_pair(design: Design) -> Offset | None:

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
+from fabgeo.build.fitted import Fitted
 from fabgeo.build.trimming import Trims
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.fit import FitResult
@@ -24,7 +23,6 @@ from fabgeo.structures.beams import BeamRule, Section, beams
 from fabgeo.structures.cells import cells
 from fabgeo.structures.fixing import Fixing
 from fabgeo.structures.parts import Beam, Cell, Connector, Plate
-from fabgeo.structures.patches import CutRule, cut
 from fabgeo.structures.walls import coped_walls, walls
 from fabgeo.surfaces.base import DesignSurface
 
@@ -37,13 +35,10 @@ class Design:
     ----------
     project : Project
     surface : DesignSurface
-    start : Start
-    fit : FitResult
-    model : StripModel
-        The fitted model, turned outwards.
-    lanes : StripModel
-        The same surface in strips no wider than panels may be: what all parts are cut from.
+    models : tuple of Fitted
+        One, or several side by side that cover the surface together.
     patches : tuple of Patch
+        Their strips counted on from model to model.
     panels : tuple of Plate
         Net panels, on the shapes that they are made as, in the order of `patches`.
     choices : mapping of mark to PanelChoice
@@ -64,19 +59,16 @@ class Design:
     saved : str
         What choosing panels together saves, and at most could.
     worth : mapping
-        The same, and what giving way bought, as figures of the summary.
+        The same, what giving way bought, and how seams meet, as figures of the summary.
     remarks : tuple of str
-        What was measured of a structure of two layers.
+        What was measured of seams, and of a structure of two layers.
     tradeoff : tuple of mappings
         Panel classes over the tolerance, where a package is built.
     """
 
     project: Project
     surface: DesignSurface
-    start: Start
-    fit: FitResult
-    model: StripModel
-    lanes: StripModel
+    models: tuple[Fitted, ...]
     patches: tuple[Patch, ...] = ()
     panels: tuple[Plate, ...] = ()
     choices: Mapping[str, PanelChoice] = field(default_factory=dict)
@@ -95,10 +87,47 @@ class Design:
     tradeoff: tuple[Mapping[str, float], ...] = ()
 
     @property
+    def only(self) -> Fitted:
+        """The model of a design that has one.
+
+        Raises
+        ------
+        InputError
+            If it has several.
+        """
+        count = len(self.models)
+        if count != 1:
+            raise InputError("design", f"has {count} models side by side", "take one of .models")
+        return self.models[0]
+
+    @property
+    def start(self) -> Start:
+        """Where the only model began."""
+        return self.only.start
+
+    @property
+    def fit(self) -> FitResult:
+        """The fit of the only model."""
+        return self.only.fit
+
+    @property
+    def model(self) -> StripModel:
+        """The only model, fitted and turned outwards."""
+        return self.only.model
+
+    @property
+    def lanes(self) -> StripModel:
+        """The only model's surface in strips no wider than panels may be."""
+        return self.only.lanes
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """What people should know of the model: why its fit fell short, what trimming cut."""
-        fit = self.fit
-        why = () if fit.status == "converged" else (f"fit {fit.status}: {fit.reason}",)
+        """What people should know of the models: why a fit fell short, what trimming cut."""
+        why = (
+            f"{'' if own.part is None else own.name + ': '}fit {own.fit.status}: {own.fit.reason}"
+            for own in self.models
+            if own.fit.status != "converged"
+        )
         trims = () if self.trims is None else (f"trim: {self.trims}",)
         saved = (self.saved,) if self.saved else ()
         return (*why, *trims, *saved, *self.remarks)
@@ -108,37 +137,6 @@ class Design:
         """Everything that is cut flat: panels, layers, walls, and the plates of beams."""
         of_beams = tuple(plate for beam in self.beams for plate in beam.plates)
         return self.panels + self.layers + self.walls + of_beams
-
-
-def lanes_of(project: Project, model: StripModel) -> StripModel:
-    """The model with its strips divided evenly, as far as [panels] limits their width."""
-    counts = lane_counts(project, model)
-    return model if max(counts) == 1 else model.divided(counts)
-
-
-def lane_counts(project: Project, model: StripModel) -> list[int]:
-    """How many lanes every strip is divided into."""
-    widest = None if project.panels is None else project.panels.width
-    if widest is None:
-        return [1] * model.strips
-    _, widths = model.rulings(model.parameters())
-    return [int(np.ceil(w / widest - 1e-9)) for w in widths.max(axis=1)]
-
-
-def patches_of(project: Project, model: StripModel) -> tuple[Patch, ...]:
-    """The strips cut into patches as [panels] asks for; one patch a strip without it."""
-    asked = project.panels
-    if asked is None:
-        return tuple(cut(model, CutRule(count=1)))
-    if asked.cuts is not None:
-        rule = CutRule(at=tuple(asked.cuts))
-    elif asked.count is not None:
-        rule = CutRule(count=asked.count)
-    elif asked.length is not None:
-        rule = CutRule(length=asked.length)
-    else:
-        rule = CutRule(box=project.limits.transport_mm)
-    return tuple(cut(model, rule))
 
 
 def pair_of(project: Project, model: StripModel) -> Offset | None:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray
-from fabgeo.build.geometry import lane_counts, lanes_of, patches_of
+from fabgeo.build.fitted import lane_counts, lanes_of, patches_of
 from fabgeo.build.model import options_of, outwards
 from fabgeo.build.progress import Clock
 from fabgeo.build.skin import SPRINGING, limits_of

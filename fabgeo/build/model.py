@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -83,15 +84,21 @@ def outwards(model: StripModel, flip: bool = False) -> StripModel:
     flip : bool
         Take the other side, where the building's outside is below or within.
     """
-    f = frames(model, model.parameters(2))
-    first, second = model.pairs(f.p)
-    middle = (first + second) / 2.0
-    weight = f.length[..., None]
-    up = float(np.sum(f.m[..., 2:] * weight) / np.sum(weight))
-    if abs(up) < 0.2:  # walls: away from the vertical axis through the middle
-        away = middle - middle.reshape(-1, 3).mean(axis=0)
-        away[..., 2] = 0.0
-        up = float(np.sum(dot(f.m, away)[..., None] * weight))
-    if (up < 0.0) == flip:
+    if looks_inwards([model]) == flip:
         return model
     return model.with_control(model.control[::-1])
+
+
+def looks_inwards(models: Sequence[StripModel]) -> bool:
+    """Whether the normals t x e of models that are one building's point to its inner side."""
+    found = [(model, frames(model, model.parameters(2))) for model in models]
+    sides = [model.pairs(f.p) for model, f in found]
+    middle = np.concatenate([((a + b) / 2.0).reshape(-1, 3) for a, b in sides])
+    normal = np.concatenate([f.m.reshape(-1, 3) for _, f in found])
+    weight = np.concatenate([f.length.ravel() for _, f in found])
+    up = float(np.sum(normal[:, 2] * weight) / np.sum(weight))
+    if abs(up) < 0.2:  # walls: away from the vertical axis through the middle
+        away = middle - middle.mean(axis=0)
+        away[:, 2] = 0.0
+        up = float(np.sum(dot(normal, away) * weight))
+    return up < 0.0

@@ -146,8 +146,7 @@ def write_package(
     seconds = {} if os.environ.get("SOURCE_DATE_EPOCH") else clock.seconds
     project = design.project
     staged = folder.staged
-    history = [{k: v for k, v in stage.items() if k != "seconds"} for stage in design.fit.history]
-    save_model(staged / "strips.json", design.model, history=history)
+    _write_strips(staged, design)
     with clock.stage("step"):
         write_models(folder, design, built, jobs, cache)
     if flats:
@@ -173,6 +172,19 @@ def write_package(
     )
     folder.finish()
     return Package(folder.path, design, flats, nests, built, review, record, clock.seconds)
+
+
+def _write_strips(folder: Path, design: Design) -> None:
+    """Every fitted model in a file of its own, which tells the number of its first strip."""
+    for count, own in enumerate(design.models, 1):
+        name = "strips.json" if count == 1 else f"strips-{count}.json"
+        rows = own.fit.history
+        history = [{k: v for k, v in stage.items() if k != "seconds"} for stage in rows]
+        model = own.model
+        if len(design.models) > 1:
+            told = {"part": list(own.part or ()), "first_strip": own.first}
+            model = replace(model, info={**model.info, **told})
+        save_model(folder / name, model, history=history)
 
 
 def _write_papers(

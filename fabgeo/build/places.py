@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fabgeo.arrays import unit
+from fabgeo.build.fitted import Fitted
 from fabgeo.build.geometry import Design
 from fabgeo.strips.measures import Measures, Worst, measure
+from fabgeo.surfaces.base import DesignSurface
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,8 +29,14 @@ def places(design: Design, keys: Iterable[str]) -> dict[str, str]:
     wanted = [key for key in keys if key in CURES]
     if not wanted:
         return {}
-    found = measure(design.model, design.surface)
-    return {key: _told(design, at, CURES[key]) for key in wanted if (at := _worst(found, key))}
+    found = [(own, measure(own.model, design.surface)) for own in design.models]
+    out = {}
+    for key in wanted:
+        own, measures = max(found, key=lambda one: _value(one[1], key))
+        at = _worst(measures, key)
+        if at is not None:
+            out[key] = _told(design.surface, own, at, CURES[key])
+    return out
 
 
 def _worst(found: Measures, key: str) -> Worst | None:
@@ -37,17 +45,25 @@ def _worst(found: Measures, key: str) -> Worst | None:
     return found.conicality if key == "conical_residual" else found.deviation_max
 
 
-def _told(design: Design, at: Worst, cure: str) -> str:
-    points = design.model.points(np.array([at.u]))[:, 0]  # of all edges
+def _value(found: Measures, key: str) -> float:
+    """What the figure is on one of several models."""
+    if key == "deviation_over_sag_limit":
+        return found.deviation_over_sag_limit or 0.0
+    at = _worst(found, key)
+    return 0.0 if at is None else at.value
+
+
+def _told(surface: DesignSurface, own: Fitted, at: Worst, cure: str) -> str:
+    points = own.model.points(np.array([at.u]))[:, 0]  # of all edges
     first, second = points[at.strip], points[(at.strip + 1) % len(points)]
     middle = (first + second)[None] / 2.0
-    surface = design.surface.closest(middle)
-    along = abs(float(surface.normal_curvature(unit(second - first)[None])[0]))
-    least = abs(float(surface.principal()[0][0, 0]))
+    there = surface.closest(middle)
+    along = abs(float(there.normal_curvature(unit(second - first)[None])[0]))
+    least = abs(float(there.principal()[0][0, 0]))
     where = ", ".join(f"{x:.0f}" for x in middle[0])
     return (
-        f"strip {at.strip}, u = {at.u:.2f} around ({where}), where the surface's radius is "
-        f"{_radius(along)} along the rulings and {_radius(least)} at least; {cure}"
+        f"strip {own.number(at.strip)}, u = {at.u:.2f} around ({where}), where the surface's "
+        f"radius is {_radius(along)} along the rulings and {_radius(least)} at least; {cure}"
     )
 
 

@@ -78,7 +78,7 @@ def record_of(
         limits=limits_of(project),
         figures=figures,
         summary=summary_of(design, model, figures, flats, built, nests, products, facts),
-        history=tuple(design.fit.history),
+        history=tuple(row for own in design.models for row in own.fit.history),
         seconds=seconds,
         deviation=DeviationMap(*seen),
         tradeoff=design.tradeoff,
@@ -108,7 +108,8 @@ def _compared(design: Design) -> tuple[Any, ...]:
     """What all comparison with the design surface depends on; a surface is known by points."""
     project = design.project
     height = project.panels.offset if project.panels else 0.0
-    made = (design.model, [plate.mid for plate in design.panels], height)
+    models = tuple(own.model for own in design.models)
+    made = (models, [plate.mid for plate in design.panels], height)
     beams = project.beams and (project.beams.standoff, project.beams.depth, bool(design.beams))
     depth = project.cells and project.cells.depth
     return (*seen(design.surface), *made, beams, depth)
@@ -116,22 +117,25 @@ def _compared(design: Design) -> tuple[Any, ...]:
 
 def _compare(design: Design) -> _Compared:
     """Figures of the model, deviations of the panels, and the map of the model's."""
-    model, _ = model_figures(design)
+    model = model_figures(design)
     deviations, _ = panel_deviations(design) if design.panels else (None, None)
     shown = deviation_map(design)
     return model, deviations, (shown.points, shown.values)
 
 
 def deviation_map(design: Design) -> DeviationMap:
-    """Signed deviation of the fitted model from the design surface; nan where it overhangs."""
-    model = design.model
-    u = model.parameters(2)
-    first, second = model.pairs(model.points(u))
+    """Signed deviation of the fitted models from the design surface; nan where they overhang."""
+    models = [own.model for own in design.models]
+    columns = max(len(model.parameters(2)) for model in models)
     rows: list[Array] = []
-    for k in range(model.strips):
-        rows += [first[k], (first[k] + second[k]) / 2.0]
-    if not model.closed_i:
-        rows.append(second[-1])
+    for model in models:
+        u = model.parameters(2)
+        u = u if len(u) == columns else np.linspace(0.0, model.segments, columns)
+        first, second = model.pairs(model.points(u))
+        for k in range(model.strips):
+            rows += [first[k], (first[k] + second[k]) / 2.0]
+        if not model.closed_i:
+            rows.append(second[-1])
     points = np.array(rows)
     found = design.surface.closest(points.reshape(-1, 3))
     values = np.einsum("ki,ki->k", points.reshape(-1, 3) - found.point, found.normal)

@@ -58,6 +58,7 @@ def panel_rows(
     order = erection_order(design)
     slits = {} if design.trims is None else slit_rows(design.trims.slits)
     rows, plates = [], {plate.mark: plate for plate in design.panels}
+    last = {own.numbers[-1] for own in design.models if own.seams[1]}
     for patch, plate in zip(design.patches, design.panels, strict=True):
         choice, own = design.choices[plate.mark], figures[plate.mark]
         row: Row = {
@@ -96,9 +97,10 @@ def panel_rows(
         if flat is not None:
             row["flat_length_mm"], row["flat_width_mm"] = row.pop("length_mm"), row.pop("width_mm")
             row["developability_mm"] = facts[plate.mark].developability_mm
-            if design.model.kind == "geodesic":
+            if design.models[0].model.kind == "geodesic":
                 beyond = plate.shared.get("second", "")
-                row |= plank_row((plate, flat), (plates.get(beyond), flats.get(beyond)))
+                seam = patch.strip in last
+                row |= plank_row((plate, flat), (plates.get(beyond), flats.get(beyond)), seam)
         rows.append(row)
     return rows
 
@@ -182,9 +184,9 @@ def erection_order(design: Design) -> dict[str, int]:
     start to its end; a strip's panels follow along it.
     """
     waiting = sorted(design.beams, key=lambda beam: (beam.edge, beam.u0))
-    edges = design.lanes.edges
+    edges = sum(own.lanes.edges for own in design.models)  # several models carry no beams
     marks: list[str] = []
-    for strip in range(design.lanes.strips):
+    for strip in range(design.models[-1].numbers.stop):
         near = {strip % edges, (strip + 1) % edges}
         marks += [beam.mark for beam in waiting if beam.edge in near]
         waiting = [beam for beam in waiting if beam.edge not in near]

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from fabgeo.build.fitted import Fitted
 from fabgeo.errors import GeometryError
 from fabgeo.panels.classify import PanelChoice, classify, distinct_radii
 from fabgeo.panels.forming import Sheet
@@ -20,7 +21,7 @@ from fabgeo.panels.limits import Costs, Tolerances
 from fabgeo.panels.remeasured import measured_again
 from fabgeo.panels.samples import PanelInput, Side
 from fabgeo.project import Project
-from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.model import Patch
 from fabgeo.structures import panels as layers
 from fabgeo.structures.beams import plate_radii
 from fabgeo.structures.parts import Plate
@@ -29,7 +30,10 @@ SPRINGING = Sheet(young=1e-9)  # springs to any radius: shapes are chosen before
 
 
 def panels_of(
-    project: Project, model: StripModel, patches: tuple[Patch, ...], jobs: int | None = None
+    project: Project,
+    models: Sequence[Fitted],
+    patches: Sequence[Patch],
+    jobs: int | None = None,
 ) -> tuple[tuple[Plate, ...], dict[str, PanelChoice], str, dict[str, float]]:
     """Net panels on the shapes that they are made as, why, and what choosing them together saves.
 
@@ -40,8 +44,8 @@ def panels_of(
     if asked is None:
         return (), {}, "", {}
     layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
-    net = layers.panels(model, patches, layer, layers.Joint(asked.joint, asked.joint))
-    inputs = inputs_of(project, model, patches)
+    net = plates_of(models, patches, layer, asked.joint)
+    inputs = inputs_of(project, models, patches)
     tolerances = limits_of(project)
     costs = Costs(**asked.costs)
     if asked.choice != "single":
@@ -92,13 +96,31 @@ def _on_shapes(
     return made
 
 
-def inputs_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> list[PanelInput]:
+def plates_of(
+    models: Sequence[Fitted],
+    patches: Sequence[Patch],
+    layer: layers.Layer,
+    joint: float = 0.0,
+    suffix: str = "",
+) -> list[Plate]:
+    """Panels of one layer on all models, one a patch, in the order of the patches."""
+    out: list[Plate] = []
+    for own in models:
+        on_it = [patches[k] for k in own.own(patches)]
+        taken = layers.Joint(joint, joint, seams=own.seams)
+        out += layers.panels(own.lanes, on_it, layer, taken, suffix=suffix, first=own.first)
+    return out
+
+
+def inputs_of(
+    project: Project, models: Sequence[Fitted], patches: Sequence[Patch]
+) -> list[PanelInput]:
     """Gross panels with their neighbours: what classes are chosen on."""
     asked = project.panels
     if asked is None:
         return []
     layer = layers.Layer("panel", asked.offset, asked.thickness, asked.material)
-    gross = layers.panels(model, patches, layer)
+    gross = plates_of(models, patches, layer)
     return [PanelInput(p.mark, p.mid, _sides(p.shared)) for p in gross]
 
 
@@ -134,19 +156,20 @@ def sheet_of(project: Project, material: str | None = None) -> Sheet:
     )
 
 
-def layers_of(project: Project, model: StripModel, patches: tuple[Patch, ...]) -> tuple[Plate, ...]:
+def layers_of(
+    project: Project, models: Sequence[Fitted], patches: Sequence[Patch]
+) -> tuple[Plate, ...]:
     """Panels of the further layers, marks with the layer's name behind."""
     if project.panels is None:
         return ()
-    joint = layers.Joint(project.panels.joint, project.panels.joint)
     return tuple(
         plate
         for asked in project.panels.layers
-        for plate in layers.panels(
-            model,
+        for plate in plates_of(
+            models,
             patches,
             layers.Layer(asked.name, asked.distance, asked.thickness, asked.material),
-            joint,
+            project.panels.joint,
             suffix=f"-{asked.name.upper()}",
         )
     )

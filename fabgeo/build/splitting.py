@@ -15,10 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from fabgeo.build.fitted import Fitted
+from fabgeo.build.skin import plates_of
 from fabgeo.errors import GeometryError
 from fabgeo.panels.unfold_split import MOST_PIECES, cuts_to_fit, pieces_fit, split_to_fit
 from fabgeo.project import Project
-from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.model import Patch
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures import panels as layers
 from fabgeo.structures.parts import Beam, Plate
@@ -29,7 +31,7 @@ SLACK = 5.0  # mm left around a panel: its made shape is not exactly the fitted 
 
 
 def divided_patches(
-    project: Project, model: StripModel, patches: tuple[Patch, ...]
+    project: Project, models: Sequence[Fitted], patches: tuple[Patch, ...]
 ) -> tuple[Patch, ...]:
     """The patches cut at rulings so that the panels of every layer fit the largest of their sheets.
 
@@ -41,7 +43,7 @@ def divided_patches(
     leaves = [
         (leaf, rooms_of(project, leaf.material, leaf.thickness, SLACK)) for leaf in _layers(project)
     ]
-    gross = [(layers.panels(model, patches, leaf), rooms) for leaf, rooms in leaves]
+    gross = [(plates_of(models, patches, leaf), rooms) for leaf, rooms in leaves]
     cuts = {
         patch: max(
             (_cuts(plates[k].mid, plates[k].mark, rooms) for plates, rooms in gross), key=len

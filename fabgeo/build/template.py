@@ -32,7 +32,7 @@ z = "3.5 - 0.05*u**2 - 0.03*v**2"
 [strips]
 kind = "general"          # general, conical (offsets, cells, beams), circular, geodesic
 # start = "auto"          # auto, iso, principal, sections, mesh, geodesic, model
-#                         # (with "geodesic" part = [2, 5]: the second of five models side by side)
+#                         # (with "geodesic" parts = 5: five models side by side, as one package)
 count = 8                 # strips
 # segments = 8            # knot spans along a strip
 # overhang = [0.0, 0.1]   # start = "iso": edges reach beyond the boundary by parts of their length

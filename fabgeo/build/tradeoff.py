@@ -8,8 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fabgeo.build.geometry import lanes_of, patches_of
-from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.fitted import parts_of, patches_of, side_by_side, starts_of
+from fabgeo.build.model import fit_of
 from fabgeo.build.progress import Clock, Listener
 from fabgeo.build.skin import inputs_of, limits_of, sheet_of
 from fabgeo.build.surface import surface_of
@@ -86,12 +86,14 @@ def _panels(project: Project, folder: Path, clock: Clock) -> list[PanelInput]:
     """Gross panels of the fitted model."""
     with clock.stage("surface"):
         surface = surface_of(project, folder)
+    projects = parts_of(project)
     with clock.stage("start"):
-        start = start_of(project, surface, folder)
+        starts = starts_of(project, surface, folder)
     with clock.stage("fit"):
-        model = outwards(fit_of(project, start, clock).model)
-    lanes = lanes_of(project, model)
-    return inputs_of(project, lanes, patches_of(project, lanes))
+        fits = [fit_of(own, start, clock) for own, start in zip(projects, starts, strict=True)]
+    models = side_by_side(projects, starts, fits)
+    patches = [p for own in models for p in patches_of(project, own.lanes, own.first)]
+    return inputs_of(project, models, patches)
 
 
 def _written(rows: Sequence[TradeOffRow], out: Path) -> list[str]:

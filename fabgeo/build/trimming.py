@@ -110,13 +110,13 @@ class Cut:
         return self.piece.ends[1] if own.u1 == mid.u1 else None
 
 
-def trims_panels(project: Project, start: Start) -> bool:
+def trims_panels(project: Project, starts: Sequence[Start]) -> bool:
     """Whether the panels are to be cut along the boundary of the surface."""
     asked = project.panels
     if asked is None or asked.trim is False:
         return False
     below = project.cells is not None or project.beams is not None
-    return start.overhangs and (asked.trim is True or not below)
+    return any(start.overhangs for start in starts) and (asked.trim is True or not below)
 
 
 def trimmed(design: Design) -> Design:
@@ -124,15 +124,15 @@ def trimmed(design: Design) -> Design:
 
     Its patches are those of the panels that are left, in their order.
     """
-    fence = Fence(design.surface, design.model)
-    if not fence.loops or design.project.panels is None:
+    fences = [Fence(design.surface, own.model) for own in design.models]
+    if not any(fence.loops for fence in fences):
         return design
-    joint, patches = design.project.panels.joint, design.patches
-    panels, first = trim_plates(patches, design.panels, fence, joint)
+    panels, first = _on_models(design, design.panels, fences)
     own: list[Plate] = []
     trims = [first]
-    for k in range(0, len(design.layers), len(patches)):
-        layer, further = trim_plates(patches, design.layers[k : k + len(patches)], fence, joint)
+    count = len(design.patches)
+    for k in range(0, len(design.layers), count):
+        layer, further = _on_models(design, design.layers[k : k + count], fences)
         own += [cut.plate for cut in layer]
         trims.append(further)
     return replace(
@@ -143,6 +143,22 @@ def trimmed(design: Design) -> Design:
         choices=_choices(design, panels),
         trims=replace(_joined(trims), slits=slits_of(_pieces(panels))),
     )
+
+
+def _on_models(
+    design: Design, plates: Sequence[Plate], fences: Sequence[Fence]
+) -> tuple[list[Cut], Trims]:
+    """Plates (one a patch of the design), those of each model cut along its fence."""
+    joint = 0.0 if design.project.panels is None else design.project.panels.joint
+    cuts: list[Cut] = []
+    trims = []
+    for model, fence in zip(design.models, fences, strict=True):
+        on_it = model.own(design.patches)
+        own = [design.patches[k] for k in on_it]
+        kept, found = trim_plates(own, [plates[k] for k in on_it], fence, joint)
+        cuts += kept
+        trims.append(found)
+    return cuts, _joined(trims)
 
 
 def _choices(design: Design, panels: Sequence[Cut]) -> dict[str, PanelChoice]:
@@ -267,7 +283,7 @@ def _cells(patches: Sequence[Patch]) -> dict[int, int]:
 
 
 def _joined(trims: Sequence[Trims]) -> Trims:
-    """Several layers' trims as one."""
+    """The trims of several models, or layers, as one."""
     return Trims(
         tuple(m for t in trims for m in t.cut),
         tuple(m for t in trims for m in t.outside),

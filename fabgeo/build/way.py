@@ -7,24 +7,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fabgeo.build.cache import Cache
+from fabgeo.build.fitted import Fitted, named, parts_of, patches_of, side_by_side, starts_of
 from fabgeo.build.fixings import fixings_of
 from fabgeo.build.flats import flats_of, refuse_oversize
 from fabgeo.build.folder import open_folder
-from fabgeo.build.geometry import Design, lanes_of, pair_of, patches_of, structure_of
+from fabgeo.build.geometry import Design, pair_of, structure_of
 from fabgeo.build.giving import given_way
 from fabgeo.build.materials import in_materials
 from fabgeo.build.mixed import crossed_by, straightened
-from fabgeo.build.model import fit_of, options_of, outwards, start_of
+from fabgeo.build.model import fit_of, options_of
 from fabgeo.build.nests import nests_of
 from fabgeo.build.package import Package, write_package
 from fabgeo.build.progress import Clock, Listener
+from fabgeo.build.seams import seamed
 from fabgeo.build.skin import inputs_of, layers_of, limits_of, panels_of
 from fabgeo.build.solids import solids_of
 from fabgeo.build.splitting import divided_patches, divided_structure
@@ -32,6 +34,7 @@ from fabgeo.build.surface import seen, surface_of, with_surface
 from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.cad.given import as_surface
 from fabgeo.errors import GeometryError
+from fabgeo.fitting.fit import FitResult
 from fabgeo.fitting.starts import Start
 from fabgeo.project import Project, parse_project, read_project
 from fabgeo.strips.model import Patch, StripModel
@@ -89,12 +92,13 @@ def design(
     with clock.stage("surface"):
         wanted = surface_of(project, base) if surface is None else as_surface(surface)
     with clock.stage("start"):
-        initial = start_of(project, wanted, base)
-    made = _skinned(project, wanted, initial, base, clock, cache, jobs)
+        begun = starts_of(project, wanted, base)
+    made = _skinned(project, wanted, begun, base, clock, cache, jobs)
     whole = made.patches  # only the skin is trimmed
-    if trims_panels(project, initial):
+    if trims_panels(project, begun):
         with clock.stage("trim"):
             made = trimmed(made)
+    made = seamed(made)
     made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
@@ -178,43 +182,62 @@ def build_package(
 def _skinned(
     project: Project,
     wanted: DesignSurface,
-    initial: Start,
+    begun: Sequence[Start],
     base: Path,
     clock: Clock,
     cache: Cache,
     jobs: int | None,
 ) -> Design:
-    """The model fitted from a start, and its panels."""
+    """The models fitted from their starts, and their panels."""
+    projects = parts_of(project)
     with clock.stage("fit"):
-        inputs, room = _fitted_to(project, wanted, initial, base), project.limits
-        fitted = cache.once("fit", inputs, partial(fit_of, project, initial, clock))
-        panelled = _panelled(project, fitted.model, ())
-        fitted, bought, worth = cache.once(
-            "give",
-            (inputs, panelled, room.transport_mm, room.deviation_max_mm),
-            partial(given_way, project, wanted, initial, fitted, clock, jobs),
-        )
-        model = outwards(fitted.model)
+        fits, bought, worth = [], "", {}
+        for own, initial in zip(projects, begun, strict=True):
+            with named(own, project):
+                fit, bought, worth = _fitted(own, wanted, initial, base, clock, cache, jobs)
+            fits.append(fit)
+        models = side_by_side(projects, begun, fits)
     with clock.stage("panels"):
-        lanes = lanes_of(project, model)
-        patches = divided_patches(project, lanes, patches_of(project, lanes))
+        whole = tuple(p for own in models for p in patches_of(project, own.lanes, own.first))
+        patches = divided_patches(project, models, whole)
         panels, choices, saved, figures = cache.once(
             "choice",
-            _panelled(project, lanes, patches),
-            partial(panels_of, project, lanes, patches, jobs),
+            _panelled(project, models, patches),
+            partial(panels_of, project, models, patches, jobs),
         )
-        layers = layers_of(project, lanes, patches)
-    made = Design(project, wanted, initial, fitted, model, lanes, patches, panels, choices, layers)
+        layers = layers_of(project, models, patches)
+    made = Design(project, wanted, models, patches, panels, choices, layers)
     bought = "; ".join(filter(None, [bought, saved]))
     return replace(made, saved=bought, worth={**worth, **figures})
+
+
+def _fitted(
+    project: Project,
+    wanted: DesignSurface,
+    initial: Start,
+    base: Path,
+    clock: Clock,
+    cache: Cache,
+    jobs: int | None,
+) -> tuple[FitResult, str, dict[str, float]]:
+    """The fit of one model, and what it has bought to let its strips give way, if they may."""
+    inputs, room = _fitted_to(project, wanted, initial, base), project.limits
+    fitted = cache.once("fit", inputs, partial(fit_of, project, initial, clock))
+    if project.strips.give is None:
+        return fitted, "", {}
+    return cache.once(
+        "give",
+        (inputs, _asked(project), _shape(fitted.model), room.transport_mm, room.deviation_max_mm),
+        partial(given_way, project, wanted, initial, fitted, clock, jobs),
+    )
 
 
 def _tradeoff(made: Design, cache: Cache) -> tuple[Mapping[str, float], ...]:
     """Panel classes over the tolerance, for the page's plot."""
     from fabgeo.panels.tradeoff import by_deviation
 
-    inputs = partial(inputs_of, made.project, made.lanes, made.patches)
-    key = _panelled(made.project, made.lanes, made.patches)
+    inputs = partial(inputs_of, made.project, made.models, made.patches)
+    key = _panelled(made.project, made.models, made.patches)
     return cache.once("tradeoff", key, lambda: tuple(by_deviation(inputs())))
 
 
@@ -233,12 +256,18 @@ def _fitted_to(
 
 
 def _panelled(
-    project: Project, model: StripModel, patches: tuple[Patch, ...]
+    project: Project, models: Sequence[Fitted], patches: tuple[Patch, ...]
 ) -> tuple[object, ...]:
     """What panels depend on: geometry, and of the project what is not of materials or later."""
+    shapes = [(_shape(own.lanes), own.first, own.seams) for own in models]
+    return _asked(project), shapes, patches
+
+
+def _asked(project: Project) -> tuple[object, ...]:
+    """What a project asks of panels, but for materials and what comes later."""
     asked = project.panels
     panels = asked and asked.model_dump(exclude={"material", "materials", "layers", "trim"})
-    return panels, asdict(limits_of(project)), _shape(model), patches
+    return panels, asdict(limits_of(project))
 
 
 def _structure(

@@ -70,8 +70,9 @@ class Strips(Table):
     stop short of it. `corners`: four points, in mm, beside which the boundary is divided into the
     four sides between which edges and rulings run (start = "iso"). `cover`: the weight by which
     overhanging ends are kept beyond the boundary. `give`: strips may give way towards cheaper
-    panels, up to so many mm from the surface. `part`: which one, from 1, of how many geodesic
-    models side by side that cover the surface together (start = "geodesic").
+    panels, up to so many mm from the surface. `parts`: so many geodesic models side by side that
+    cover the surface together, each with `count` strips (start = "geodesic"); `part`: only one of
+    them, from 1, of how many.
     """
 
     kind: Literal["general", "conical", "circular", "geodesic"] = "general"
@@ -90,11 +91,19 @@ class Strips(Table):
     corners: tuple[Point, Point, Point, Point] | None = None
     give: Positive | None = None
     part: tuple[Count, Count] | None = None
+    parts: Count | None = None
 
     @model_validator(mode="after")
-    def _part_of_geodesics(self) -> Strips:
-        if self.part is not None and self.start != "geodesic":
-            raise ValueError('part needs start = "geodesic"')
+    def _parts_of_geodesics(self) -> Strips:
+        for name in ("part", "parts"):
+            if getattr(self, name) is not None and self.start != "geodesic":
+                raise ValueError(f'{name} needs start = "geodesic"')
+        if self.part is not None and self.parts is not None:
+            raise ValueError("part is one of several models, parts all of them: leave one out")
+        if self.parts is not None and self.give is not None:
+            raise ValueError(
+                "give draws one model: leave it out, or build models one by one with part"
+            )
         if self.part is not None and self.part[0] > self.part[1]:
             raise ValueError(f"part: there is no model {self.part[0]} of {self.part[1]}")
         return self
@@ -223,6 +232,12 @@ class Cutting(Table):
     curves: Literal["arcs", "splines", "polylines"] = "arcs"
     tolerance: Positive = 0.05
     layers: dict[str, LayerName] = {}
+
+    @model_validator(mode="after")
+    def _curves_of_the_version(self) -> Cutting:
+        if self.version == "R12" and self.curves == "splines":
+            raise ValueError('R12 has no splines: choose curves = "arcs", or version = "R2000"')
+        return self
 
 
 class Limits(Table):

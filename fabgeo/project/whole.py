@@ -71,9 +71,21 @@ class Project(Table):
             raise ValueError('crossed.layout: the second model\'s beams are "curved"')
         if self.connectors and not (self.panels and self.beams):
             raise ValueError("[connectors] join [panels] to [beams]: both are needed")
+        self._refuse_parts()
         if self.strips.start == "model" and self.strips.model is None:
             raise ValueError('strips.start = "model" needs strips.model, a path to strips.json')
         return self
+
+    def _refuse_parts(self) -> None:
+        """Several models side by side carry panels alone: no edge goes on from one to the next."""
+        if self.strips.parts is None:
+            return
+        for name in ("cells", "beams"):
+            if getattr(self, name) is not None:
+                raise ValueError(
+                    f"strips.parts: several models carry [panels] alone; leave [{name}] out, or "
+                    "build one model, without strips.parts"
+                )
 
     def material(self, name: str) -> Material:
         """The material of that name, the project's own before the known ones."""

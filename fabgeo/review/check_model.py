@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import chain, count, takewhile
+from typing import TYPE_CHECKING
+
 from fabgeo.errors import FabgeoError
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
+
+if TYPE_CHECKING:
+    from fabgeo.strips.model import StripModel
 
 NAME = "strips.json"
 
@@ -16,24 +22,45 @@ def check_model(package: WrittenPackage, measured: Measured, findings: Findings)
     What they are compared with is in `fabgeo.review.check_summary`.
     """
     from fabgeo.fitting.store import load_model
+
+    models = []
+    for name in _names(package):
+        try:
+            models.append(load_model(package.folder / name))
+        except FabgeoError as error:
+            findings.add(name, "model", "readable", error.problem)
+            return
+    for model in models:
+        _measure(model, measured)
+    if len(models) == 1:
+        _check_offset(models[0], package, measured, findings)
+
+
+def _names(package: WrittenPackage) -> list[str]:
+    """The files of the model, or of models side by side, as far as they are there."""
+    further = (f"strips-{k}.json" for k in count(2))
+    return list(takewhile(lambda name: (package.folder / name).is_file(), chain([NAME], further)))
+
+
+def _measure(model: StripModel, measured: Measured) -> None:
+    """The worst of all models, and all folds."""
     from fabgeo.strips.measures import measure
+
+    found = measure(model)
+    measured.worst("model_twist_max_deg", found.twist_deg.value)
+    if found.kink_across_deg:
+        measured.worst("kink_max_deg", found.kink_across_deg.value)
+    if model.kind == "conical" and found.conicality:
+        measured.worst("conical_residual", found.conicality.value)
+    measured.figures["folds"] = measured.figures.get("folds", 0.0) + len(found.folds)
+
+
+def _check_offset(
+    model: StripModel, package: WrittenPackage, measured: Measured, findings: Findings
+) -> None:
+    """How far its offset is from the distance asked."""
     from fabgeo.strips.offset import offset
 
-    path = package.folder / NAME
-    if not path.is_file():
-        return
-    try:
-        model = load_model(path)
-    except FabgeoError as error:
-        findings.add(NAME, "model", "readable", error.problem)
-        return
-    found = measure(model)
-    measured.figures["model_twist_max_deg"] = found.twist_deg.value
-    if found.kink_across_deg:
-        measured.figures["kink_max_deg"] = found.kink_across_deg.value
-    if model.kind == "conical" and found.conicality:
-        measured.figures["conical_residual"] = found.conicality.value
-    measured.figures["folds"] = float(len(found.folds))
     stated = (package.review.get("summary") or {}).get("offset_distance_error_mm")
     depth = _depth(package)
     if stated is None or depth is None or model.kind not in ("conical", "circular"):

@@ -23,8 +23,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "panels"))
 from panel_patches import panels_of
 
 from fabgeo import spline
-from fabgeo.build.geometry import lanes_of, patches_of
-from fabgeo.build.model import fit_of, outwards, start_of
+from fabgeo.build.fitted import patches_of, side_by_side, starts_of
+from fabgeo.build.model import fit_of
 from fabgeo.build.progress import Clock
 from fabgeo.build.skin import inputs_of
 from fabgeo.build.surface import surface_of
@@ -49,9 +49,9 @@ def fixture(name: str) -> list[PanelInput]:
     """The gross panels of a fixture's fitted model."""
     path = Path(__file__).resolve().parents[2] / "fixtures" / name / "project.toml"
     project = read_project(path)
-    start = start_of(project, surface_of(project, path.parent), path.parent)
-    model = lanes_of(project, outwards(fit_of(project, start, Clock(None)).model))
-    return inputs_of(project, model, patches_of(project, model))
+    starts = starts_of(project, surface_of(project, path.parent), path.parent)
+    models = side_by_side([project], starts, [fit_of(project, starts[0], Clock(None))])
+    return inputs_of(project, models, patches_of(project, models[0].lanes))
 
 
 def main() -> None:

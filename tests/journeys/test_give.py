@@ -98,8 +98,8 @@ def test_beside_a_panel_that_stays_as_fitted_gaps_are_those_to_it(
         return shaped(choice, *of)
 
     monkeypatch.setattr(PanelChoice, "on_shape", refused)
-    inputs = inputs_of(before.project, before.lanes, before.patches)
-    plates, choices, _, figures = panels_of(before.project, before.lanes, before.patches)
+    inputs = inputs_of(before.project, before.models, before.patches)
+    plates, choices, _, figures = panels_of(before.project, before.models, before.patches)
     assert choices[mark].cls == "developable"
     assert figures["panels_cost"] == cost(before) + 5.0 - before.choices[mark].cost
     end = next(p.shared["end"] for p in plates if p.mark == mark)
