@@ -33,6 +33,7 @@ SHEET = {"material": "steel", "length": 2000.0, "width": 1000.0}
         ({**SURFACE, "stock": [{**SHEET, "material": "a/b"}]}, "letters, digits"),
         ({**SURFACE, "stock": [{**SHEET, "name": "a\nb"}]}, "stock.*name.*pattern"),
         ({**SURFACE, "cutting": {"layers": {"MARK": "A\n0\nLINE"}}}, "layers.MARK.*pattern"),
+        ({**SURFACE, "cutting": {"version": "R12", "curves": "splines"}}, "cutting.*no splines"),
         ({**SURFACE, "connectors": {}}, "both are needed"),
         ({**SURFACE, "strips": {"kind": "conic"}}, "strips.kind"),
         ({**SURFACE, "strips": {"part": [1, 5]}}, 'part needs start = "geodesic"'),

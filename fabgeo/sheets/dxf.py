@@ -139,7 +139,8 @@ def bend_table(part: FlatPart) -> str:
 
 def _add_part(entities: Entities, made: Drawn, placement: Placement, style: DxfStyle) -> None:
     part, move = made.part, _motion(placement)
-    if style.outline == "splines":
+    # Lines alone are an outline as anyone draws one: a polyline.
+    if style.outline == "splines" and any(len(edge.points) > 2 for edge in part.outline):
         for edge in part.outline:
             _spline(entities, edge, move, style.layer("CUT_OUTER"))
     else:

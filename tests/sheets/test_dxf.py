@@ -52,6 +52,15 @@ def test_files_pass_the_audit_and_read_back(tmp_path: Path, style: DxfStyle) -> 
     assert y0 == pytest.approx(0.0, abs=0.05)
 
 
+def test_a_straight_outline_is_one_polyline_among_splines(tmp_path: Path) -> None:
+    corners = np.array([[0.0, 0.0], [400.0, 0.0], [380.0, 220.0], [10.0, 200.0]])
+    plate = flat_polygon("B-00-1-EPA", "steel", 12.0, corners)
+    write_part(plate, tmp_path / "plate.dxf", DxfStyle(outline="splines"))
+    kinds = [e.dxftype() for e in ezdxf.readfile(tmp_path / "plate.dxf").modelspace()]
+    assert not {"LINE", "SPLINE"} & set(kinds)
+    assert read_part(tmp_path / "plate.dxf").area == pytest.approx(plate.area, rel=1e-9)
+
+
 @pytest.mark.parametrize("version", ["R2000", "R2010"])
 def test_forms_are_what_ezdxf_writes(version: str) -> None:
     document = ezdxf.new(version)
