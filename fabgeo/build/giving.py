@@ -130,7 +130,7 @@ def _towards(project: Project, initial: Start, model: StripModel, pull: float) -
     From the model itself it would be anchored there: strips would drift from where they belong.
     """
     start = outwards(initial.model)  # counted as the model's edges are
-    options = options_of(project, initial.model)
+    options = options_of(project, initial)
     weights = replace(options.weights, towards=pull)
     options = replace(options, towards=_shapes(project, model), weights=weights)
     return fit(initial.reference, start, project.strips.kind, options)

@@ -46,7 +46,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
 def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitResult:
     """The model fitted to the surface, or to its continuation where the start overhangs it."""
     clock = clock or Clock()
-    options = options_of(project, initial.model)
+    options = options_of(project, initial)
 
     def listen(news: Any) -> None:
         clock.tell(f"stage {news.stage}, {news.segments} segments, step {news.iteration}")
@@ -54,7 +54,7 @@ def fit_of(project: Project, initial: Start, clock: Clock | None = None) -> FitR
     return fit(initial.reference, initial.model, project.strips.kind, options, listen)
 
 
-def options_of(project: Project, begun: StripModel | None = None) -> FitOptions:
+def options_of(project: Project, begun: Start | None = None) -> FitOptions:
     """What the fit of a start has to reach, by the project's limits; its own where it sets none.
 
     Three quarters of them: they are measured more densely than the fit looks. Conical and circular
@@ -64,11 +64,14 @@ def options_of(project: Project, begun: StripModel | None = None) -> FitOptions:
     twist = own.twist_limit_deg if asked.twist_max_deg is None else SAFETY * asked.twist_max_deg
     if project.cells or project.beams:
         twist = min(twist, OF_AN_OFFSET)
+    seams = None
+    if begun is not None and project.strips.part:
+        seams = seam_points(begun.model, begun.reference)
     return FitOptions(
         twist_limit_deg=twist,
         kind_limit_deg=min(own.kind_limit_deg, SAFETY * np.degrees(asked.conical_residual)),
         boundary=project.strips.boundary,
-        points=seam_points(begun) if begun is not None and project.strips.part else None,
+        points=seams,
         weights=Weights(anchor=project.strips.anchor, cover=project.strips.cover),
     )
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, dot, unit
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.geodesic import geodesic_start, part_seed
 from fabgeo.fitting.starts.quality import covered
@@ -35,7 +35,7 @@ class Covering:
     ----------
     models : tuple of StripModel
         Initial models of kind "geodesic", each overhanging the surface's boundary at its ends. Fit
-        each with `FitOptions(points=seam_points(model))`.
+        each with `FitOptions(points=seam_points(model, surface))`.
     seeds : tuple of (k, 3) arrays
         The curve that the geodesics of each cross at right angles.
     coverage : float
@@ -83,13 +83,18 @@ def cover(
     return Covering(tuple(found), tuple(seeds), _coverage(found, surface), widths)
 
 
-def seam_points(model: StripModel) -> Array:
-    """Points (k, 3) on both outer edges of a start, for `FitOptions.points` of its fit.
+def seam_points(model: StripModel, surface: DesignSurface) -> Array:
+    """Points (k, 3) beside both outer edges of a start, for `FitOptions.points` of its fit.
 
-    Fitted to them, models side by side still meet afterwards.
+    Fitted to them, models side by side still meet afterwards. They lie off the surface as free
+    edges do: by the sag limit `kappa L^2 / 16` of the rulings that end there, whose middles lie as
+    far off it on the other side.
     """
-    u = model.parameters(2)
-    return model.points(u)[[0, -1]].reshape(-1, 3)
+    points = model.points(model.parameters(2))
+    outer, inner = points[[0, -1]].reshape(-1, 3), points[[1, -2]].reshape(-1, 3)
+    at, ruling = surface.closest(outer), inner - outer
+    lift = at.normal_curvature(unit(ruling)) * dot(ruling, ruling) / 16.0
+    return outer - lift[:, None] * at.normal
 
 
 def _coverage(models: list[StripModel], surface: DesignSurface, samples: int = 600) -> float:

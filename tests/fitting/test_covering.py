@@ -75,7 +75,8 @@ def test_five_models_cover_an_interior_with_planks_of_one_width():
     assert min(low for low, _ in found.widths) > 0.95
     assert max(high for _, high in found.widths) < 1.05
     for model in found.models:
-        result = fit(Extended(BOWL), model, "geodesic", FitOptions(points=seam_points(model)))
+        points = seam_points(model, Extended(BOWL))
+        result = fit(Extended(BOWL), model, "geodesic", FitOptions(points=points))
         assert result.status == "converged"
         assert opposite_congruence(result.model).max() < 1e-4
         told = measure(result.model)
@@ -91,7 +92,7 @@ def test_models_side_by_side_follow_a_saddle_that_one_alone_cannot():
     fitted = []
     for number in (1, 2):
         begun = start(DEEP, "geodesic", 4, 24, part=(number, 5))
-        options = FitOptions(points=seam_points(begun.model))
+        options = FitOptions(points=seam_points(begun.model, begun.reference))
         result = fit(begun.reference, begun.model, "geodesic", options)
         assert result.status == "converged"
         assert opposite_congruence(result.model).max() < 1e-5
@@ -129,6 +130,21 @@ def test_outermost_models_go_on_beyond_the_boundary_and_no_others_do():
             within = np.abs(edges[k, :, 0]) < 5e3
             beyond = np.abs(edges[k, within, 1]) > 3e3
             assert beyond.all() if k in outer else not beyond.any()
+
+
+def test_seams_lie_where_free_edges_of_a_cylinder_do():
+    """Chords of a circle are as far off it at their ends as in their middles, on the other side."""
+    radius, angle = 7.0, np.array([-0.3, 0.0, 0.3])
+    w = np.linspace(0.0, 3.0, 13)
+    rows = [
+        np.stack([radius * np.sin(s) + 0 * w, w, radius * np.cos(s) + 0 * w], axis=1) for s in angle
+    ]
+    model = model_through(np.stack(rows), False, False)
+    tube = FormulaSurface("7*sin(u)", "v", "7*cos(u)", (-1.0, 1.0), (-1.0, 4.0))
+    points = seam_points(model, tube)
+    off = np.hypot(points[:, 0], points[:, 2]) - radius
+    middle = radius - radius * np.cos(0.15)  # of a chord whose ends lie on the circle
+    assert off == pytest.approx(middle / 2.0, rel=0.02)
 
 
 def test_a_covering_of_nothing_is_refused():
