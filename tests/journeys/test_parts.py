@@ -16,6 +16,7 @@ from scipy.integrate import dblquad
 
 from fabgeo.build import Package, build_package, design
 from fabgeo.build.fitted import parts_of
+from fabgeo.build.trimming import area
 from fabgeo.errors import InputError
 from fabgeo.fitting.planks import opposite_congruence
 from fabgeo.fitting.store import load_model
@@ -190,6 +191,23 @@ def test_models_that_look_inwards_are_turned_together() -> None:
         assert np.linalg.norm(before[1] - after[0]) < np.linalg.norm(before[0] - after[1])
     assert made.worth["seam_open_max_mm"] < 0.05
     assert sorted({own.part for own in made.models}) == [(1, 3), (2, 3), (3, 3)]
+
+
+@pytest.mark.slow
+def test_five_models_cover_a_saddle_that_one_alone_cannot_follow() -> None:
+    data = project(parts=5, count=4, segments=24)
+    data["surface"] |= {"u": [-5.0, 5.0], "v": [-5.0, 5.0], "z": "0.15*(v**2 - u**2)"}
+    data["panels"] = {"count": 1, "joint": 0.0, "choice": "single", "tolerance": 0.001}
+    del data["nesting"], data["stock"]
+    made = design(data)
+    assert all(own.fit.status == "converged" for own in made.models)
+    assert made.trims is not None
+    whole, _ = dblquad(lambda v, u: np.hypot(1.0, 0.3 * np.hypot(u, v)), -5.0, 5.0, -5.0, 5.0)
+    covered = sum(area(plate.mid) for plate in made.panels) + made.trims.lost
+    assert covered / 1e6 == pytest.approx(whole, rel=5e-4)
+    assert max(made.worth[f"seam_{name}_max_mm"] for name in ("open", "narrow")) < 1.0
+    # Strips of 1.6 m deviate by 24 mm there: their edges may lie one above the other.
+    assert made.worth["seam_step_max_mm"] < 6.0
 
 
 def test_a_project_of_several_models_has_a_part_for_each() -> None:
