@@ -28,6 +28,7 @@ from fabgeo.strips.model import Kind
 
 UNFOLDED = 0.2  # cosine between a ruling's two normals that steps keep, where the start has it
 COVER_MARGIN = 0.05  # in mean ruling lengths: how far overhanging ends stay beyond the boundary
+KEPT = 0.5  # the same: farther beyond the boundary, proximity counts less and less
 
 
 class Level:
@@ -76,8 +77,11 @@ class Level:
         from the importance of the round before.
         """
         state = State(self.net, control, self.reference, self.trackers)
-        terms = [EdgeProximity(self.coarse), MiddleProximity(self.coarse)]
-        values = [np.abs(t.evaluate(state, False)[0][..., 0]) for t in terms]
+        terms = EdgeProximity(self.coarse), MiddleProximity(self.coarse)
+        values = [
+            np.abs(term.evaluate(state, False)[0][..., 0]) * np.sqrt(kept)
+            for term, kept in zip(terms, _kept(state, self.coarse), strict=True)
+        ]
         largest = max(float(v.max()) for v in values)
         wanted = [(v / largest) ** power for v in values]
         mean = float(np.mean(np.concatenate([w.ravel() for w in wanted])))
@@ -107,8 +111,7 @@ class Level:
         step = float(np.linalg.norm(state.at(self.coarse, 1), axis=-1).mean())
         terms: list[tuple[Objective, float]] = [
             (Developable(self.fine), developability),
-            (EdgeProximity(self.coarse), weights.proximity),
-            (MiddleProximity(self.coarse), weights.proximity),
+            *((term, weights.proximity) for term in self._proximity(state, self.coarse)),
             (
                 FairEdges(self.coarse, normals, step, weights.normal_share),
                 self.fairness * weights.fair_edges,
@@ -127,7 +130,7 @@ class Level:
                 terms.append((term, developability))
         for sites in self.ends:  # the outermost rulings, as long as half a span
             share = 0.5 * weights.proximity / self.net.segments
-            terms += [(EdgeProximity(sites), share), (MiddleProximity(sites), share)]
+            terms += [(term, share) for term in self._proximity(state, sites)]
         terms += [(term, weights.boundary) for term in self._boundary(normals, state)]
         terms += [(term, weights.cover) for term in self._cover(start)]
         if self.options.points is not None and len(self.options.points):
@@ -139,9 +142,15 @@ class Level:
             terms.append((drawn, weights.towards))
         for term, weight in terms:
             term.weight = weight
-            if term.sites is self.coarse and term.name in self.importance:
-                term.importance = self.importance[term.name]
         return [term for term, _ in terms]
+
+    def _proximity(self, state: State, sites: Sites) -> list[Objective]:
+        """Proximity of edges and of rulings' middles, each place with its importance."""
+        terms: list[Objective] = [EdgeProximity(sites), MiddleProximity(sites)]
+        stress = self.importance if sites is self.coarse else {}
+        for term, kept in zip(terms, _kept(state, sites), strict=True):
+            term.importance = kept * stress.get(term.name, 1.0)
+        return terms
 
     def _cover(self, start: Array) -> list[Objective]:
         """One term for each part of the start's border that overhangs the boundary."""
@@ -174,3 +183,14 @@ class Level:
             near = normals[:, [0 if end == 0 else -1]][:, :, [0 if end == 0 else -1]]
             terms.append(Boundary(self.ends[end], window, side, near, share))
         return terms
+
+
+def _kept(state: State, sites: Sites) -> list[Array]:
+    """How much proximity counts at edges and at middles: all on the surface, little beside it.
+
+    What overhangs is cut off. A continuation bends otherwise from where it leaves one side of the
+    boundary than from the next: drawn to it, strips are held off the surface along their whole
+    length, as rulings and edges pass on what happens there, and outer edges pinch.
+    """
+    far = (np.maximum(foot.beyond / KEPT - 1.0, 0.0) for foot in state.feet(sites))
+    return [(1.0 + r**2) ** -2 for r in far]
