@@ -1,8 +1,9 @@
 """Panels with thickness: layers at given distances, joints taken off along edges and rulings.
 
 Any developable strip has offsets along its own normal m(u) with parallel rulings; a panel of a
-layer at height h lies on p + h m. Its long edges run where the bisecting axis n = m + a e meets the
-layer, so that neighbouring panels of any layer meet edge to edge before the joint is taken off.
+layer at height h lies on p + h m. Its long edges run where it meets the offset tangent plane of the
+strip beyond, so that neighbouring panels of any layer meet edge to edge before the joint is taken
+off: at the same point, p + h (m + a e), in a conical model, else along the edge from each other.
 
 Glossary
 --------
@@ -25,7 +26,6 @@ import numpy as np
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
-from fabgeo.strips.axes import lean
 from fabgeo.strips.frames import frames
 from fabgeo.strips.interpolated import interpolated, knots_between
 from fabgeo.strips.model import Patch, StripModel
@@ -156,20 +156,27 @@ def layer_edges(
 ) -> Array:
     """Both edge curves (2, k, 3) of a panel at `height`, drawn in by `take` (mm) at each edge."""
     f = frames(local.model, u)
-    a, _ = lean(f)
     row = local.row
     e, m = f.e[row], f.m[row]
     ends = []
     for side, sign in ((0, 1.0), (1, -1.0)):
-        t = f.t[row + side]
+        t, beyond = f.t[row + side], row - int(sign)
+        own = _lean(m, sign * e, f.m[beyond]) if 0 <= beyond < len(f.m) else 0.0
         # Square to the edge on the developed strip: the ruling meets the edge at angle phi.
         sine = dot(cross(t, e), m)
         along = take[side] / sine if sides == "parallel" else np.full(len(u), take[side])
-        step = sign * (height * a[row + side] + along)
+        step = sign * (height * own + along)
         ends.append(f.p[row + side] + height * m + step[:, None] * e)
     if np.any(dot(ends[1] - ends[0], e) <= 0.0):
         raise GeometryError(mark, "its joints leave nothing of it", "use wider strips")
     return np.stack(ends)
+
+
+def _lean(m: Array, inwards: Array, beyond: Array) -> Array:
+    """Lean a (k,), (m + a inwards) . beyond = 1, of unit normals m and beyond; 0 if equal."""
+    change = beyond - m
+    down = dot(inwards, change)
+    return np.where(down == 0.0, 0.0, dot(change, change) / np.where(down == 0.0, 1.0, 2.0 * down))
 
 
 def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: float) -> float:

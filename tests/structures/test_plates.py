@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from structure_models import twist_deg
 from fabgeo.arrays import cross, dot, unit
 from fabgeo.cad.plates import plate_solid
 from fabgeo.errors import GeometryError
+from fabgeo.fitting.fit import fit
+from fabgeo.fitting.starts import start
 from fabgeo.strips import exact
 from fabgeo.strips.model import StripModel
 from fabgeo.structures.beams import BeamRule, Section, beams, plate_radii
@@ -20,6 +23,7 @@ from fabgeo.structures.panels import Joint, Layer, panels
 from fabgeo.structures.patches import CutRule, cut, cut_lengths
 from fabgeo.structures.prisms import plate_prism, prism_volume, ruled_normals
 from fabgeo.structures.walls import coped_walls, walls
+from fabgeo.surfaces.formula import FormulaSurface
 
 
 def test_panels_of_any_height_keep_parallel_rulings_and_the_joint(conical: StripModel) -> None:
@@ -69,6 +73,28 @@ def test_a_model_parted_at_an_edge_has_the_panels_of_the_whole(conical: StripMod
         assert np.abs(one.mid.edges(u) - other.mid.edges(u)).max() < 1e-6
         across = {"P-01": "second", "P-02": "first"}.get(one.mark[:4])
         assert set(other.shared) - set(one.shared) == ({across} if across else set())
+
+
+def test_layers_of_a_general_model_meet_edge_to_edge() -> None:
+    """Its strips' rulings lean differently along an edge: one lean for both leaves 5 mm open."""
+    z = "0.05*u*v - 0.03*u**2 + 0.02*v**2"
+    roof = FormulaSurface("u", "v", z, (-3.0, 3.0), (-4.0, 4.0), scale=1000.0)
+    begun = start(roof, "auto", 4, 10)
+    model = fit(begun.reference, begun.model).model
+    patches = cut(model, CutRule(count=1))
+    angles = []
+    for height in (-40.0, 40.0):
+        made = panels(model, patches, Layer("panel", height, 3.0, "glass"))
+        for one, beyond in pairwise(made):
+            u = np.linspace(one.mid.u0, one.mid.u1, 2001)
+            near, far = one.mid.edges(u)[1][200:-200:50], beyond.mid.edges(u)[0]
+            steps = near[:, None] - far
+            k = np.linalg.norm(steps, axis=-1).argmin(axis=1)
+            t = unit(beyond.mid.edges(u[k], 1)[0])
+            step = near - far[k]
+            assert np.linalg.norm(step - dot(step, t)[:, None] * t, axis=1).max() < 0.05
+            angles.append(dot(ruled_normals(one.mid, u), ruled_normals(beyond.mid, u)).min())
+    assert np.degrees(np.arccos(min(angles))) > 3.0
 
 
 def test_layer_surfaces_lie_at_their_height(conical: StripModel) -> None:
