@@ -33,6 +33,8 @@ from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate
 from fabgeo.structures.prisms import ruled_normals
 
+LEAST_TURN = 1e-3  # of the angle between two planes: what is square to the ruling
+
 type JointSides = Literal["parallel", "ruling"]
 
 
@@ -173,10 +175,14 @@ def layer_edges(
 
 
 def _lean(m: Array, inwards: Array, beyond: Array) -> Array:
-    """Lean a (k,), (m + a inwards) . beyond = 1, of unit normals m and beyond; 0 if equal."""
+    """Lean a (k,), (m + a inwards) . beyond = 1, of unit normals m and beyond.
+
+    0 where the planes meet along the ruling if anywhere: lanes of one strip differ by its twist.
+    """
     change = beyond - m
-    down = dot(inwards, change)
-    return np.where(down == 0.0, 0.0, dot(change, change) / np.where(down == 0.0, 1.0, 2.0 * down))
+    square, down = dot(change, change), dot(inwards, change)
+    along = np.abs(down) <= LEAST_TURN * np.sqrt(square)
+    return np.where(along, 0.0, square / np.where(along, 1.0, 2.0 * down))
 
 
 def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: float) -> float:

@@ -97,6 +97,19 @@ def test_layers_of_a_general_model_meet_edge_to_edge() -> None:
     assert np.degrees(np.arccos(min(angles))) > 3.0
 
 
+def test_layers_of_a_divided_strip_lie_as_those_of_the_whole() -> None:
+    roof = FormulaSurface("u", "v", "-0.06*u**2 - 0.05*v**2", (-1.0, 1.0), (-1.5, 1.5), scale=1e3)
+    begun = start(roof, "auto", 3, 8)
+    model = fit(begun.reference, begun.model).model
+    layer, rule = Layer("panel", 40.0, 3.0, "glass"), CutRule(count=1)
+    whole, lanes = (panels(m, cut(m, rule), layer) for m in (model, model.divided(2)))
+    u = whole[0].mid.parameters(4)
+    for k, plate in enumerate(whole):
+        first, second = lanes[2 * k].mid.edges(u), lanes[2 * k + 1].mid.edges(u)
+        assert np.abs(first[1] - second[0]).max() < 1e-2
+        assert np.abs(np.stack([first[0], second[1]]) - plate.mid.edges(u)).max() < 1e-2
+
+
 def test_layer_surfaces_lie_at_their_height(conical: StripModel) -> None:
     patches = cut(conical, CutRule(count=2))
     low = panels(conical, patches, Layer("a", 0.0, 10.0, "glass"))
