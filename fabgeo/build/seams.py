@@ -119,15 +119,25 @@ def _seams(design: Design) -> Iterator[Seam]:
         for one in of_strip.get(before.numbers[-1], ()):
             for other in of_strip.get(after.numbers[0], ()):
                 fitted = (design.choices[one.mark].fitted, design.choices[other.mark].fitted)
-                seam = _between((one, other), fitted, joint)
+                seam = between((one, other), fitted, joint)
                 if seam is not None:
                     yield seam
 
 
-def _between(
+def between(
     plates: tuple[Plate, Plate], fitted: tuple[RuledPatch, RuledPatch], joint: float
 ) -> Seam | None:
-    """What lies between a panel's second edge and another's first; None if they do not face."""
+    """What lies between a panel's second edge and another's first; None if they do not face.
+
+    Parameters
+    ----------
+    plates : two Plates
+        As made.
+    fitted : two RuledPatches
+        Before they were replaced by simpler shapes: what kinks are compared with.
+    joint : float
+        Its width, mm.
+    """
     one, other = (plate.mid for plate in plates)
     u = np.linspace(one.u0, one.u1, PLACES)
     ends = one.edges(u)

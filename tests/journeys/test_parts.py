@@ -16,13 +16,18 @@ from scipy.integrate import dblquad
 
 from fabgeo.build import Package, build_package, design
 from fabgeo.build.fitted import parts_of
+from fabgeo.build.seams import between
 from fabgeo.build.trimming import area
 from fabgeo.errors import InputError
 from fabgeo.fitting.planks import opposite_congruence
+from fabgeo.fitting.starts.net import model_through
 from fabgeo.fitting.store import load_model
 from fabgeo.project import parse_project
 from fabgeo.review.check import check_package
 from fabgeo.strips.measures import measure
+from fabgeo.structures.panels import Layer, panels
+from fabgeo.structures.parts import Plate
+from fabgeo.structures.patches import CutRule, cut
 
 MODELS, STRIPS = 3, 3
 BOWL = """
@@ -208,6 +213,31 @@ def test_five_models_cover_a_saddle_that_one_alone_cannot_follow() -> None:
     assert max(made.worth[f"seam_{name}_max_mm"] for name in ("open", "narrow")) < 1.0
     # Strips of 1.6 m deviate by 24 mm there: their edges may lie one above the other.
     assert made.worth["seam_step_max_mm"] < 6.0
+
+
+def plank(segments: int, y: float, z: float, tilt: float = 0.0) -> Plate:
+    """A plank of 2000 x 200 mm along x, from y on, rising across itself by an angle."""
+    x = np.linspace(0.0, 2000.0, segments + 1)
+    rise = 200.0 * np.array([np.cos(tilt), np.sin(tilt)])
+    rows = [np.stack([x, 0 * x + y, 0 * x + z], 1), np.stack([x, 0 * x + y, 0 * x + z], 1)]
+    rows[1][:, 1:] += rise
+    model = model_through(np.stack(rows), False, False)
+    return panels(model, cut(model, CutRule(count=1)), Layer("panel", 0.0, 3.0, "wood"))[0]
+
+
+def test_what_lies_between_two_planks_is_told_in_plane_and_across() -> None:
+    one, far, near = plank(8, 0.0, 0.0), plank(5, 213.0, 4.0), plank(5, 206.0, 0.0, 0.1)
+    wide = between((one, far), (one.mid, far.mid), 10.0)
+    assert wide is not None
+    assert (wide.open, wide.narrow, wide.step) == pytest.approx((3.0, 0.0, 4.0), abs=1e-9)
+    assert wide.gap == pytest.approx(np.hypot(13.0, 4.0) - 10.0)
+    assert wide.length == pytest.approx(2000.0, rel=0.02)
+    tight = between((one, near), (one.mid, near.mid), 10.0)
+    assert tight is not None
+    halves = 10.0 * np.cos(0.05)  # drawn back in either plank, which turn by 0.1
+    assert (tight.open, tight.narrow) == pytest.approx((0.0, halves - 6.0), abs=1e-9)
+    assert (tight.kink_own, tight.kink_added) == pytest.approx((np.degrees(0.1), 0.0), abs=1e-9)
+    assert between((one, plank(5, 900.0, 0.0)), (one.mid, one.mid), 10.0) is None
 
 
 def test_a_project_of_several_models_has_a_part_for_each() -> None:
