@@ -39,6 +39,7 @@ def start_of(project: Project, surface: DesignSurface, base: Path) -> Start:
         direction=asked.direction,
         seed=seed,
         kind=asked.kind,
+        held=asked.boundary not in ("auto", "none"),
         **options,
     )
 

@@ -61,6 +61,7 @@ def start(
     direction: str | None = None,
     seed: Any = None,
     kind: Kind = "general",
+    held: bool = False,
     **options: Any,
 ) -> Start:
     """An initial strip model for a design surface.
@@ -79,6 +80,9 @@ def start(
     kind : str
         What the model will be fitted to: "auto" begins with principal lines for conical and
         circular models, which have the property already.
+    held : bool
+        Whether the fit will be asked to hold the model on the boundary: "auto" then leaves no
+        border of a general model free, however far that keeps strips off the surface.
     **options
         Further options of the method's own function.
 
@@ -92,7 +96,7 @@ def start(
     if method not in METHODS:
         raise InputError("start method", f"expected one of {', '.join(METHODS)}, found {method!r}")
     if method == "auto":
-        found = candidates_of(surface, (strips, segments), direction, kind, options)
+        found = candidates_of(surface, (strips, segments), direction, kind, options, held)
         words = why(found, surface)
     else:
         model, notes = called(method, surface, strips, segments, direction, seed, options)

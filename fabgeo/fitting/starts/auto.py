@@ -8,7 +8,7 @@ from typing import Any
 
 from fabgeo.errors import InputError
 from fabgeo.fitting.hindrance import hindrance
-from fabgeo.fitting.starts.candidate import COVERING, Candidate, trials, tried
+from fabgeo.fitting.starts.candidate import ALL_ROUND, COVERING, Candidate, trials, tried
 from fabgeo.strips.model import Kind
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.creases import sharpest
@@ -28,6 +28,8 @@ FURTHER: dict[Kind, tuple[tuple[str, str], ...]] = {  # and where none of these 
     "circular": PLAIN,
     "geodesic": (*PLAIN, *PRINCIPAL),
 }
+FAR = 1.1  # of the sag limit: what a short fit leaves where the border holds strips off
+NEARER = 0.9  # of its deviation: a start with a free border that brings less is not taken
 SHORT = 0.04  # of their length, by which edges stop before a boundary that has no corner there
 
 
@@ -37,8 +39,11 @@ def candidates_of(
     direction: str | None,
     kind: Kind,
     options: dict[str, Any],
+    held: bool = False,
 ) -> list[Candidate]:
     """What was tried, best first; `asked` are numbers of strips and segments.
+
+    A model that is to be `held` to the boundary starts on it.
 
     Raises
     ------
@@ -69,7 +74,35 @@ def candidates_of(
         reasons = "; ".join(f"{c.name}: {c.problem}" for c in found)
         words = f"no start holds on it: {hindrance(surface)} ({reasons})"
         raise InputError(surface.name, words, _cure(surface))
+    if not held and "overhang" not in options and kind == "general" and len(surface.loops) == 1:
+        found = _freed(found, surface, asked, options)
     return [_with_tried(found[0], found), *found[1:]]
+
+
+def _freed(
+    found: list[Candidate],
+    surface: DesignSurface,
+    asked: tuple[int | None, int | None],
+    options: dict[str, Any],
+) -> list[Candidate]:
+    """The candidates, the best with a free border where its own keeps strips off the surface.
+
+    Where sides of the boundary meet in directions that are not conjugate, no strip keeps to both.
+    """
+    best, *others = found
+    if best.method != "iso" or best.trial is None or best.trial.over_sag <= FAR:
+        return found
+    free = {**options, "overhang": ALL_ROUND, "across": True}
+    twin = tried(surface, *asked, best.method, best.direction, "general", free)
+    (twin,) = trials([twin], surface, "general")
+    covers = twin.quality and best.quality and twin.quality.coverage >= best.quality.coverage
+    if not (covers and twin.works and twin.trial):
+        return found
+    if twin.trial.deviation > NEARER * best.trial.deviation:
+        return found
+    words = f"{best.told()}, {best.trial.over_sag:.2f} times the sag limit off"
+    words += " where the boundary holds it"
+    return [twin, replace(best, problem=words), *others]
 
 
 def _with_tried(best: Candidate, found: list[Candidate]) -> Candidate:

@@ -10,7 +10,7 @@ import numpy as np
 from fabgeo.errors import FabgeoError
 from fabgeo.fitting.starts.methods import called, told
 from fabgeo.fitting.starts.quality import Quality, quality
-from fabgeo.fitting.starts.trial import UNTWISTED, trial_twist
+from fabgeo.fitting.starts.trial import UNTWISTED, Trial, short_fit
 from fabgeo.strips.model import Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.trace_extension import Extended
@@ -25,7 +25,7 @@ ALL_ROUND = 0.1  # of its length and width, by which a net for a conical model o
 class Candidate:
     """One start that was tried: its method, direction, figures, and what spoke against it.
 
-    `trial` is the twist in degrees that a short fit of it left, None if none was made.
+    `trial` is what a short fit of it left, None if none was made.
     """
 
     method: str
@@ -34,12 +34,12 @@ class Candidate:
     problem: str = ""
     model: StripModel | None = field(default=None, repr=False)
     notes: tuple[str, ...] = ()
-    trial: float | None = None
+    trial: Trial | None = None
 
     @property
     def works(self) -> bool:
         """Whether a short fit made it developable."""
-        return self.trial is not None and self.trial <= UNTWISTED
+        return self.trial is not None and self.trial.works
 
     @property
     def holds(self) -> bool:
@@ -54,7 +54,7 @@ class Candidate:
     @property
     def promises(self) -> bool:
         """Whether it covers the surface and a short fit made it nearly developable."""
-        near = self.trial is not None and self.trial <= PROMISING * UNTWISTED
+        near = self.trial is not None and self.trial.twist <= PROMISING * UNTWISTED
         return near and self.quality is not None and self.quality.coverage >= COVERING
 
     @property
@@ -67,7 +67,7 @@ class Candidate:
         q = self.quality
         if q is None or q.folds > 0.0:
             return float("inf")
-        return self.at_best + (q.twist_rms if self.trial is None else 10.0 * self.trial)
+        return self.at_best + (q.twist_rms if self.trial is None else 10.0 * self.trial.twist)
 
     @property
     def at_best(self) -> float:
@@ -79,7 +79,7 @@ class Candidate:
 
     def told(self) -> str:
         """Its figures, or what spoke against it."""
-        after = "" if self.trial is None else f", {self.trial:.2g} deg after a short fit"
+        after = "" if self.trial is None else f", {self.trial.twist:.2g} deg after a short fit"
         return self.problem or f"{self.quality}{after}"
 
 
@@ -118,8 +118,8 @@ def trials(
     for candidate in sorted(candidates, key=lambda c: round(c.score, EQUAL)):
         model = candidate.model
         if model is not None and candidate.at_best < beat and not any(c.works for c in done):
-            twist, problem = trial_twist(model, reference_of(model, surface), kind)
-            candidate = replace(candidate, trial=twist, problem=problem)
+            trial = short_fit(model, reference_of(model, surface), kind)
+            candidate = replace(candidate, trial=trial, problem=trial.problem)
             beat = min(beat, candidate.score)
         done.append(candidate)
     return done
