@@ -134,7 +134,7 @@ def mesh_beams(
                     mark,
                     f"its two node axes are twisted by {np.degrees(torsion):.2g} deg against each "
                     "other: its web is not plane",
-                    "take the axes of a conical or circular model",
+                    "cut shorter panels, on a conical or circular model",
                 )
             side = unit(cross(t, na + nb))
             up = cross(side, t)

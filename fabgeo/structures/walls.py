@@ -128,7 +128,7 @@ def _beside(
         (levels["web_out"], section.width_outer if section.flange_outer else 0.0),
     ):
         faces = line.lines(at, [(level, 0.0), (level, -width / 2.0), (level, width / 2.0)])[:, 0]
-        near = faces[dot(faces - p, sign * e) > -section.web]  # the flange's half on this side
+        near = faces[dot(faces - faces[0], sign * e) >= 0.0]  # the flange's half on this side
         heights.append(dot(near - p, m))
     reach = section.box / 2.0 + section.web if section.box > 0.0 else section.web / 2.0
     reach += gap + thickness / 2.0 * abs(float(dot(cross(e, m), b)))

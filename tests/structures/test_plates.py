@@ -185,6 +185,21 @@ def test_walls_are_plane_and_lie_between_the_axes(conical: StripModel) -> None:
         assert abs(float(dot(corners[1] - corners[0], normal))) < 0.01
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("inner", [0.0, 10.0])
+def test_walls_stand_clear_of_deep_beams_that_lean(conical: StripModel, inner: float) -> None:
+    """Axes lean along the rulings: 600 mm below the panels a web has left its edge by 50 mm."""
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+
+    section = Section(outer=-27.0, depth=600.0, web=6.0, flange_outer=10.0, flange_inner=inner)
+    patches = cut(conical, CutRule(count=3))
+    made = coped_walls(conical, patches, section, 6.0, "steel")
+    plates = [p for b in beams(conical, section, BeamRule(), [1, 2]) for p in b.plates]
+    solid = plate_solid(next(wall for wall in made if wall.mark == "W-01-01"))
+    gaps = [BRepExtrema_DistShapeShape(solid, plate_solid(plate)).Value() for plate in plates]
+    assert min(gaps) > 1.8
+
+
 def test_coped_walls_stand_clear_of_webs_and_flanges(torus: StripModel) -> None:
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
