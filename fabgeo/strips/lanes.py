@@ -158,7 +158,7 @@ def corners_on(ruled: RuledPatch, corners: Array) -> Array:
             flat = q - p - dot(q - p, normal) * normal
             v = float((corner - p) @ flat / (flat @ flat))
             off = float(np.linalg.norm(corner - p - v * (q - p)))
-            if 0.0 < v < 1.0 and off < 0.1 * size:
+            if 0.0 < v < 1.0 and off < size:  # panels at an offset lie beside the surface
                 out.append((low, v))
     return np.array(out).reshape(-1, 2)
 

@@ -94,6 +94,19 @@ def test_cut_edges_run_along_the_square_and_have_no_corner(plane):
                 assert np.abs(direction - direction[0]).max() < 1e-5
 
 
+def test_panels_beside_the_surface_are_cut_as_those_on_it(plane):
+    """At an offset the boundary's corners are seen along the normals: here they lie 150 mm below."""
+    fence = Fence(SQUARE, plane)
+    for strip in range(plane.strips):
+        on = RuledPatch.of_model(plane, Patch(strip, 0, 0.0, float(plane.segments)))
+        above = RuledPatch(on.knots, on.poles + np.array([0.0, 0.0, 150.0]))
+        one, other = (trimmed_ruled(p, fence, fence.corners, SHARP) for p in (on, above))
+        assert len(one.pieces) == len(other.pieces)
+        for mine, its in zip(one.pieces, other.pieces, strict=True):
+            assert mine.cut == its.cut
+            assert area(its.ruled) == pytest.approx(area(mine.ruled), rel=1e-9)
+
+
 def test_patches_inside_stay_exact_and_patches_outside_vanish(plane):
     (_, inside), (_, outside) = trim(plane, SQUARE, [Patch(2, 1, 3.0, 5.0), Patch(0, 0, 0.0, 1.0)])
     assert inside.whole
