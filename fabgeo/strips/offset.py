@@ -18,6 +18,8 @@ from fabgeo.strips.axes import Axes, axes
 from fabgeo.strips.frames import frames
 from fabgeo.strips.model import StripModel
 
+ROUNDS = 8  # of halving knot spans at most; beside a model's knots the error falls slowly
+
 
 @dataclass(frozen=True)
 class OffsetErrors:
@@ -80,7 +82,7 @@ def offset(model: StripModel, distance: float, tolerance: float = 1e-3) -> Offse
     field = axes(model)
     refuse_fold(model, field, distance)
     base, factor, error = model, 1, np.inf
-    for _ in range(6):
+    for _ in range(ROUNDS):
         u = np.arange(base.segments + (0 if base.closed_u else 1), dtype=np.float64)
         targets = base.points(u) + distance * field(u / factor)
         made = base.with_control(spline.interpolate(targets, base.closed_u))

@@ -35,7 +35,8 @@ def test_outlines_are_judged_by_the_tolerance_that_they_are_written_to(
 ) -> None:
     """An untouched package has no finding; a vertex off by three times the tolerance is found."""
     out = tmp_path / "out"
-    build_package({**PROJECT, "cutting": {"curves": curves, "tolerance": 0.3}}, out)
+    package = build_package({**PROJECT, "cutting": {"curves": curves, "tolerance": 0.3}}, out)
+    mark = package.design.panels[-1].mark
     report = check_package(out)
     assert report.ok, list(report.lines())
     if curves == "splines":
@@ -44,6 +45,6 @@ def test_outlines_are_judged_by_the_tolerance_that_they_are_written_to(
     def change(lines: list[str]) -> list[str]:
         return faults.shift(lines, faults.entity(lines, "LWPOLYLINE", "CUT_OUTER"), "20", 1, -0.9)
 
-    faults.groups(faults.part_file(out, faults.A), change)
+    faults.groups(faults.part_file(out, mark), change)
     found = {part for part in check_package(out).parts if part.startswith("P-")}
-    assert found == {faults.A}
+    assert found == {mark}

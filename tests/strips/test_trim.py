@@ -95,7 +95,7 @@ def test_cut_edges_run_along_the_square_and_have_no_corner(plane):
 
 
 def test_panels_beside_the_surface_are_cut_as_those_on_it(plane):
-    """At an offset the boundary's corners are seen along the normals: here they lie 150 mm below."""
+    """Corners of the boundary are seen along its normals: here they lie 150 mm below."""
     fence = Fence(SQUARE, plane)
     for strip in range(plane.strips):
         on = RuledPatch.of_model(plane, Patch(strip, 0, 0.0, float(plane.segments)))
