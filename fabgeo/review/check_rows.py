@@ -20,6 +20,7 @@ CURVATURE = 2e-7  # 1/mm: what a nearly flat plate's curvature is measured to
 TWIST = 0.003  # degrees
 GAUSSIAN = 1e-6  # times size squared: of a rise of 0.25 mm along and across 2 m
 UNEVEN = 4.0  # how much faster than evenly normals may turn somewhere along a ruling
+ASKEW = 1.03  # of a flange's thickness: what a web reaches through it, up to 14 degrees off square
 DEPTH = 0.02  # mm: two decimals are written; 503 beams were off by 2e-4 at most besides
 SHAPED = {"half_angle_deg": ("cone",)}  # columns that panels of some classes have
 FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
@@ -213,10 +214,11 @@ def _section(
     rulings = np.linalg.norm(second - first, axis=1)
     flanges = [number(plate, "thickness_mm") or 0.0 for plate in own
                if plate.get("role", "").startswith("flange")]  # fmt: skip
+    most = ASKEW * sum(flanges)
     for key, least in (("depth_min_mm", rulings.min()), ("depth_max_mm", rulings.max())):
         depth = number(row, key)
-        if depth is not None and not least - DEPTH <= depth <= least + sum(flanges) + DEPTH:
-            words = f"{least:.2f} to {least + sum(flanges):.2f}"
+        if depth is not None and not least - DEPTH <= depth <= least + most + DEPTH:
+            words = f"{least:.2f} to {least + most:.2f}"
             findings.add(mark, f"{key} of its web and flanges", words, depth)
     length = number(row, "length_mm")
     rails = [polyline_length(rail) for rail in (first, second)]

@@ -100,8 +100,8 @@ def _sheet(
             used += shape_area(points)
             continue
         used += flat.area
-        motion = _copy(mark, points, flat, findings, name)
-        _holes(holes, mark, polygons[-1], flat, motion, findings, name)
+        motions = _copy(mark, points, flat, findings, name)
+        _holes(holes, mark, polygons[-1], flat, motions, findings, name)
     outline = stock[0].points()
     _apart(package, marks, polygons, outline, findings, name)
     cut = sum(shapely.LinearRing(rim).length for rim in rims)
@@ -137,20 +137,24 @@ def _named_outlines(
     return found
 
 
-def _copy(mark: str, points: Array, flat: FlatFile, findings: Findings, name: str) -> Motion | None:
-    """The outline on the sheet is the part's own, moved and turned but not mirrored."""
+def _copy(mark: str, points: Array, flat: FlatFile, findings: Findings, name: str) -> list[Motion]:
+    """The outline on the sheet is the part's own, moved and turned but not mirrored.
+
+    Returns all motions that it may have gone: a rectangle may have been turned by 180 degrees.
+    """
     if len(points) == len(flat.outline):
-        motion = _rigid(flat.outline, points)
-        if motion.away > COPY:
+        motions = moves(flat.outline, points)
+        away = min(motion.away for motion in motions)
+        if away > COPY:
             words = f"the part's own within {COPY} mm"
-            findings.add(mark, "outline on its sheet", words, f"{motion.away:.3f} mm off", name)
-        return motion
+            findings.add(mark, "outline on its sheet", words, f"{away:.3f} mm off", name)
+        return [motion for motion in motions if motion.away <= COPY]
     own = flat.outline
     area, there = shape_area(own), shape_area(points)
     findings.near(mark, "area on its sheet in mm2", area, there, 1e-5 * area, name)
     length, there = shapely.LinearRing(own).length, shapely.LinearRing(points).length
     findings.near(mark, "length of its outline on the sheet", length, there, 1e-5 * length, name)
-    return None
+    return []
 
 
 @dataclass(frozen=True)
@@ -167,22 +171,21 @@ class Motion:
         return np.stack([z.real, z.imag], axis=1)
 
 
-def _rigid(source: Array, target: Array) -> Motion:
-    """The best turn and move, over all starting points of the outline."""
+def moves(source: Array, target: Array) -> list[Motion]:
+    """The best turns and moves, over all starting points of the outline."""
     z, w = source[:, 0] + 1j * source[:, 1], target[:, 0] + 1j * target[:, 1]
     middle, there = z.mean(), w.mean()
     z, w = z - middle, w - there
     # One transform gives all cyclic shifts: |sum conj(z) w| is largest for the best of them.
     scores = np.abs(np.fft.ifft(np.conj(np.fft.fft(z)) * np.fft.fft(w)))
-    best = Motion(1.0, 0.0, np.inf)
-    for shift in np.argsort(-scores)[:2]:
+    found = []
+    for shift in np.argsort(-scores)[:4]:  # of a square all are alike
         moved = np.roll(w, -int(shift))
         turn = np.vdot(z, moved)
         turn = complex(turn / abs(turn)) if abs(turn) > 0.0 else 1.0 + 0.0j
         away = float(np.abs(z * turn - moved).max())
-        if away < best.away:
-            best = Motion(turn, complex(there - middle * turn), away)
-    return best
+        found.append(Motion(turn, complex(there - middle * turn), away))
+    return found
 
 
 def _holes(
@@ -190,7 +193,7 @@ def _holes(
     mark: str,
     polygon: shapely.Polygon,
     flat: FlatFile,
-    motion: Motion | None,
+    motions: list[Motion],
     findings: Findings,
     name: str,
 ) -> None:
@@ -204,13 +207,14 @@ def _holes(
     own, there = np.sort(flat.holes[:, 2:], axis=0), np.sort(inside[:, 2:], axis=0)
     if np.abs(own - there).max() > HOLE:
         findings.add(mark, "hole sizes on its sheet", own.max(), there.max(), name)
-    if motion is not None and motion.away <= COPY:
+    off = []
+    for motion in motions:
         moved = motion(flat.holes[:, :2])
         away = np.linalg.norm(moved[:, None] - inside[None, :, :2], axis=-1)
-        off = max(float(away.min(axis=1).max()), float(away.min(axis=0).max()))
-        if off > HOLE:
-            words = "where the part's own are"
-            findings.add(mark, "holes on its sheet", words, f"{off:.3f} mm off", name)
+        off.append(max(float(away.min(axis=1).max()), float(away.min(axis=0).max())))
+    if off and min(off) > HOLE:
+        words = "where the part's own are"
+        findings.add(mark, "holes on its sheet", words, f"{min(off):.3f} mm off", name)
 
 
 def _apart(

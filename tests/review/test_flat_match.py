@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fabgeo.arrays import Array
+from fabgeo.review.check_sheets import moves
 from fabgeo.review.flat_match import Match, match
 from fabgeo.review.rails import ruling_radii
 from fabgeo.review.solid_plate import SAMPLES, SolidPlate
@@ -82,3 +83,17 @@ def test_radii_at_both_ends_of_a_cone_s_rulings_are_the_cone_s() -> None:
     radii = ruling_radii((low[:, None] * way, high[:, None] * way))
     assert radii[0] == pytest.approx(low * np.tan(half), rel=5e-4)
     assert radii[1] == pytest.approx(high * np.tan(half), rel=5e-4)
+
+
+def test_a_rectangle_on_its_sheet_may_have_been_turned_either_way() -> None:
+    """Its outline does not tell: by rounding alone the wrong way may come nearer; holes tell."""
+    corners = np.array([[0.0, 0.0], [900.0, 0.0], [900.0, 180.0], [0.0, 180.0]])
+    hole = np.array([[100.0, 60.0]])
+    for turn in (0.3, 0.3 + np.pi):
+        c, s = np.cos(turn), np.sin(turn)
+        there = np.array([[c, s], [-s, c]])
+        jitter = np.random.default_rng(1).uniform(-1e-4, 1e-4, corners.shape)
+        motions = moves(corners, corners @ there + [50.0, 70.0] + jitter)
+        off = [np.linalg.norm(motion(hole) - hole @ there - [50.0, 70.0]) for motion in motions]
+        assert min(off) < 1e-3
+        assert sum(motion.away < 1e-3 for motion in motions) == 2
