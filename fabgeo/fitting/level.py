@@ -80,7 +80,7 @@ class Level:
         terms = EdgeProximity(self.coarse), MiddleProximity(self.coarse)
         values = [
             np.abs(term.evaluate(state, False)[0][..., 0]) * np.sqrt(kept)
-            for term, kept in zip(terms, _kept(state, self.coarse), strict=True)
+            for term, kept in zip(terms, self._kept(state, self.coarse), strict=True)
         ]
         largest = max(float(v.max()) for v in values)
         wanted = [(v / largest) ** power for v in values]
@@ -148,9 +148,22 @@ class Level:
         """Proximity of edges and of rulings' middles, each place with its importance."""
         terms: list[Objective] = [EdgeProximity(sites), MiddleProximity(sites)]
         stress = self.importance if sites is self.coarse else {}
-        for term, kept in zip(terms, _kept(state, sites), strict=True):
+        for term, kept in zip(terms, self._kept(state, sites), strict=True):
             term.importance = kept * stress.get(term.name, 1.0)
         return terms
+
+    def _kept(self, state: State, sites: Sites) -> list[Array | float]:
+        """How much proximity counts at edges and at middles: all on the surface, little beside it.
+
+        What overhangs is cut off. A continuation bends otherwise from where it leaves one side of
+        the boundary than from the next: drawn to it, strips are held off the surface along their
+        whole length, as rulings and edges pass on what happens there, and outer edges pinch.
+        General models have the freedom to follow it.
+        """
+        if self.kind == "general" or not state.reference.continued:
+            return [1.0, 1.0]
+        far = (np.maximum(foot.beyond / KEPT - 1.0, 0.0) for foot in state.feet(sites))
+        return [(1.0 + r**2) ** -2 for r in far]
 
     def _cover(self, start: Array) -> list[Objective]:
         """One term for each part of the start's border that overhangs the boundary."""
@@ -183,14 +196,3 @@ class Level:
             near = normals[:, [0 if end == 0 else -1]][:, :, [0 if end == 0 else -1]]
             terms.append(Boundary(self.ends[end], window, side, near, share))
         return terms
-
-
-def _kept(state: State, sites: Sites) -> list[Array]:
-    """How much proximity counts at edges and at middles: all on the surface, little beside it.
-
-    What overhangs is cut off. A continuation bends otherwise from where it leaves one side of the
-    boundary than from the next: drawn to it, strips are held off the surface along their whole
-    length, as rulings and edges pass on what happens there, and outer edges pinch.
-    """
-    far = (np.maximum(foot.beyond / KEPT - 1.0, 0.0) for foot in state.feet(sites))
-    return [(1.0 + r**2) ** -2 for r in far]

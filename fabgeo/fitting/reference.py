@@ -48,13 +48,18 @@ class Reference:
     def __init__(self, surface: DesignSurface, length: float) -> None:
         self.surface, self.length = surface, length
 
+    @property
+    def continued(self) -> bool:
+        """Whether it goes on beyond its boundary."""
+        return isinstance(self.surface, Extended)
+
     def tracker(self) -> Tracker:
         """Closest points that are carried along while points move little."""
         return Tracker(self.surface, self.length)
 
     def outwards(self, points: Array) -> Array:
         """From the boundary to (..., 3) points that lie beyond it, along the surface; else 0."""
-        if not isinstance(self.surface, Extended):
+        if not isinstance(self.surface, Extended):  # as `continued`, told to the type checker
             return np.zeros_like(points)
         x = points.reshape(-1, 3)
         at = self.surface.inner.closest(x * self.length)

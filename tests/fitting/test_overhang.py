@@ -26,7 +26,7 @@ def test_proximity_counts_on_the_surface_and_little_where_a_model_overhangs():
 
     def importances(reference, control):
         options, net = FitOptions(), Net.of(begun)
-        level = Level(net, Reference(reference, 1000.0), "general", options, Held())
+        level = Level(net, Reference(reference, 1000.0), "geodesic", options, Held())
         terms = level.problem(control, control, 1.0, 0.0).objectives
         term = next(t for t in terms if t.name == "proximity of edges")
         x = term.sites.evaluate(control)[..., 0]
