@@ -32,7 +32,6 @@ from OCP.TCollection import TCollection_AsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import (
@@ -150,14 +149,8 @@ class ReadPart:
         return measure.bounding_box(self.shape)
 
 
-def read_package_step(path: str | os.PathLike[str], share: bool = False) -> list[ReadPart]:
+def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:
     """All parts of a STEP file with their names, colours, layers and places.
-
-    Parameters
-    ----------
-    path : path
-    share : bool
-        The file is a share of one (`fabgeo.cad.stepshare`), whose stand-ins are no parts of it.
 
     Raises
     ------
@@ -179,7 +172,7 @@ def read_package_step(path: str | os.PathLike[str], share: bool = False) -> list
     reader.SetShapeFixParameters(_without_repairs())  # heard only after the file is read
     if not reader.Transfer(document):
         raise InputError(str(source), "holds no shape", "check that it was written completely")
-    return list(_Tree(document, share).parts())
+    return list(_Tree(document).parts())
 
 
 def _without_repairs() -> Resource_DataMapOfAsciiStringAsciiString:
@@ -190,8 +183,7 @@ def _without_repairs() -> Resource_DataMapOfAsciiStringAsciiString:
 
 
 class _Tree:
-    def __init__(self, document: TDocStd_Document, share: bool) -> None:
-        self.document, self.share = document, share
+    def __init__(self, document: TDocStd_Document) -> None:
         self.shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
         self.colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
         self.layers = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
@@ -199,7 +191,7 @@ class _Tree:
     def parts(self) -> Iterator[ReadPart]:
         roots = TDF_LabelSequence()
         self.shapes.GetFreeShapes(roots)
-        for root in roots:
+        for root in _each(roots):
             yield from self._walk(root, (), (), TopLoc_Location(), None)
 
     def _walk(
@@ -213,8 +205,6 @@ class _Tree:
         product = TDF_Label()
         if not XCAFDoc_ShapeTool.GetReferredShape_s(label, product):
             product = label
-        if self.share and self._stands_in(product):
-            return
         title = _name(product)
         name = _name(label)
         if not name or name.isdigit():  # the kernel calls a nameless occurrence by its number
@@ -225,19 +215,13 @@ class _Tree:
         if XCAFDoc_ShapeTool.IsAssembly_s(product):
             children = TDF_LabelSequence()
             XCAFDoc_ShapeTool.GetComponents_s(product, children, False)
-            for child in children:
+            for child in _each(children):
                 yield from self._walk(child, (*above, name), frames, place, colour)
             return
         shape = XCAFDoc_ShapeTool.GetShape_s(product).Moved(place)
         own = colour or self._colour(product) or self._solid_colour(product)
         layers = self._layers(label) or self._layers(product) or self._solid_layers(product)
         yield ReadPart(name, title, (*above, name), shape, own, layers, frames)
-
-    def _stands_in(self, product: TDF_Label) -> bool:
-        if XCAFDoc_ShapeTool.IsAssembly_s(product):
-            return False
-        shape = XCAFDoc_ShapeTool.GetShape_s(product)
-        return next(kernel.explore(shape, TopAbs_ShapeEnum.TopAbs_FACE), None) is None
 
     def _colour(self, label: TDF_Label) -> Colour | None:
         found = Quantity_Color()
@@ -259,8 +243,7 @@ class _Tree:
     def _layers(self, label: TDF_Label) -> tuple[str, ...]:
         found = TDF_LabelSequence()
         self.layers.GetLayers(label, found)
-        # By number: the end of an iteration is an exception of the binding's, which takes 0.5 ms.
-        return tuple(_name(found.Value(k)) for k in range(1, found.Length() + 1))
+        return tuple(_name(layer) for layer in _each(found))
 
     def _solid_layers(self, product: TDF_Label) -> tuple[str, ...]:
         shape = XCAFDoc_ShapeTool.GetShape_s(product)
@@ -269,6 +252,11 @@ class _Tree:
             if self.shapes.FindSubShape(product, solid, found):
                 return self._layers(found)
         return ()
+
+
+def _each(labels: TDF_LabelSequence) -> Iterator[TDF_Label]:
+    """By number: the end of an iteration is an exception of the binding's, which takes 0.5 ms."""
+    return (labels.Value(k) for k in range(1, labels.Length() + 1))
 
 
 def _rgb(colour: Quantity_Color) -> Colour:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from functools import partial
+from itertools import chain, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -34,15 +35,18 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
     from fabgeo.cad.stepshare import step_shares
 
     jobs: Any = package.jobs  # joblib takes None too: as `parallel_config` says
-    shares = list(step_shares(package.step, effective_n_jobs(jobs)))
-    task = partial(_measure_share, frozenset(package.cut_rows), len(shares) > 1)
+    task = partial(_measure_share, frozenset(package.cut_rows))
+    shares = step_shares(package.step)
+    begun = list(islice(shares, 2))
+    shares = chain(begun, shares)
     try:
-        if len(shares) > 1:
-            each(task, shares, package.jobs, measured, findings, few=2, batch=1)
+        if len(begun) > 1 and effective_n_jobs(jobs) > 1:
+            each(task, shares, jobs, measured, findings, few=0, batch=1)
         else:
-            own, notes = read_isolated(package.step, noted, task, shares[0])
-            measured.take(own)
-            findings.items += notes.items
+            for share in shares:
+                own, notes = read_isolated(package.step, noted, task, share)
+                measured.take(own)
+                findings.items += notes.items
     except (InputError, BrokenExecutor) as error:
         why = error.problem if isinstance(error, InputError) else "is damaged: its reader crashed"
         findings.add("model/facade.step", "STEP file", "readable", why)
@@ -54,7 +58,7 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
 
 
 def _measure_share(
-    cut: frozenset[str], share: bool, text: bytes, measured: Measured, findings: Findings
+    cut: frozenset[str], text: bytes, measured: Measured, findings: Findings
 ) -> None:
     """Read and measure the solids of one share of the model, or of all of it."""
     from fabgeo.cad.readback import read_package_step
@@ -62,7 +66,7 @@ def _measure_share(
     with TemporaryDirectory() as folder:
         file = Path(folder) / "facade.step"
         file.write_bytes(text)
-        parts = read_package_step(file, share)
+        parts = read_package_step(file)
     for part in parts:
         k = _fixing(part)
         if k is None:

@@ -38,17 +38,16 @@ def each[P](
     measured, findings
         Take in what was noted, in the order of the parts.
     few : int
-        Fewer parts are measured by this process alone.
+        Fewer parts are measured by this process alone; 0: parts are large, and made as needed.
     batch : int
         Parts that are sent to a process together.
     """
     from joblib import Parallel, delayed
 
-    every = list(parts)
+    every = list(parts) if few else parts
     size: Any = batch  # joblib tells its type by its default
-    parallel = Parallel(
-        n_jobs=jobs if len(every) >= few else 1, return_as="generator", batch_size=size
-    )
+    enough = not isinstance(every, list) or len(every) >= few
+    parallel = Parallel(n_jobs=jobs if enough else 1, return_as="generator", batch_size=size)
     found: Any = parallel(delayed(partial(noted, measure))(part) for part in every)
     for own, notes in found:
         measured.take(own)

@@ -7,6 +7,8 @@ import re
 import numpy as np
 import pytest
 from cad_helpers import revolution
+from OCP.BRep import BRep_Builder
+from OCP.TopoDS import TopoDS_Compound
 
 from fabgeo.cad.assembly import Node
 from fabgeo.cad.readback import ReadPart, read_package_step
@@ -47,13 +49,15 @@ def told(part: ReadPart) -> tuple[object, ...]:
 def test_shares_hold_every_part_once_in_its_place(roof, tmp_path, count):
     expected = [told(part) for part in read_package_step(roof)]
     found, solids = [], []
-    for k, text in enumerate(step_shares(roof, count)):
+    whole = len(roof.read_bytes())
+    for k, text in enumerate(step_shares(roof, whole // count)):
         file = tmp_path / f"{k}.step"
         file.write_bytes(text)
-        found += [told(part) for part in read_package_step(file, share=True)]
+        found += [told(part) for part in read_package_step(file)]
         defined = re.findall(rb"^#(\d+) = ", text, re.M)
         assert set(re.findall(rb"#(\d+)", re.sub(rb"'[^']*'", b"", text))) <= set(defined)
         solids.append(text.count(b"ADVANCED_FACE"))
+        assert len(text) < 1.3 * whole / count + 10_000  # and the trunk of the product tree
     assert len(expected) == 12
     assert sorted(map(str, found)) == sorted(map(str, expected))
     assert len(solids) == count
@@ -64,6 +68,26 @@ def test_a_file_that_can_not_be_divided_is_one_share(roof, tmp_path):
     other = tmp_path / "other.step"
     for old, new in ((b"\n#", b" #"), (b"DATA;\n", b"DATA;\n/* by hand */\n")):
         other.write_bytes(roof.read_bytes().replace(old, new))
-        assert list(step_shares(other, 2)) == [other.read_bytes()]
-    assert list(step_shares(roof, 1)) == [roof.read_bytes()]
-    assert list(step_shares(roof, 50)) == [roof.read_bytes()]
+        assert list(step_shares(other, 20_000)) == [other.read_bytes()]
+    assert list(step_shares(roof)) == [roof.read_bytes()]
+
+
+def test_solids_of_no_product_are_left_in_one_share(roof, tmp_path):
+    other = tmp_path / "other.step"
+    cut = re.sub(rb"#\d+ = SHAPE_DEFINITION_REPRESENTATION[^;]*;", b"", roof.read_bytes(), count=3)
+    other.write_bytes(cut)
+    assert list(step_shares(other, 20_000)) == [cut]
+
+
+def test_solids_of_one_shape_stay_together(tmp_path):
+    def pair(place: float) -> TopoDS_Compound:
+        builder, both = BRep_Builder(), TopoDS_Compound()
+        builder.MakeCompound(both)
+        for start in (place, place + 0.4):
+            builder.Add(both, prism_solid(revolution(start=start, end=start + 0.3)))
+        return both
+
+    parts = tuple(Node(f"C-{i}", pair(1.0 * i)) for i in range(3))
+    file = write_step(tmp_path / "pairs.step", Node("pairs", children=parts))
+    texts = list(step_shares(file, len(file.read_bytes()) // 6))
+    assert [text.count(b"MANIFOLD_SOLID_BREP") for text in texts] == [2, 2, 2]
