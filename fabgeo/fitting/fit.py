@@ -10,6 +10,7 @@ from fabgeo.fitting.result import FitResult, Listener, Progress
 from fabgeo.fitting.run import Run
 from fabgeo.strips.model import KINDS, Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
+from fabgeo.surfaces.trace_extension import Extended
 
 __all__ = ["FitResult", "Listener", "Progress", "fit"]
 
@@ -50,14 +51,39 @@ def fit(
         raise InputError("fit", f"expected a kind of {KINDS}, found {kind!r}")
     options = options or FitOptions()
     if options.across == 0:
-        return Run(surface, start, kind, options, listener).result()
+        return _run(surface, start, kind, options, listener)
     coarse = replace(options, across=options.across - 1, refinements=0)
     first = fit(surface, _every_other_edge(start), kind, coarse, listener)
     halved = first.model.divided(2)
     if first.status == "interrupted":
         return replace(first, model=halved)
-    found = Run(surface, halved, kind, options, listener).result()
+    found = _run(surface, halved, kind, options, listener)
     return replace(found, history=first.history + found.history)
+
+
+def _run(
+    surface: DesignSurface,
+    start: StripModel,
+    kind: Kind,
+    options: FitOptions,
+    listener: Listener | None,
+) -> FitResult:
+    """One fit; another, let go beyond the boundary, where only the continuation is in the way."""
+    free = replace(options, continuation="faded")
+    if options.continuation == "auto" and _was_let_go(start):
+        options = free
+    found = Run(surface, start, kind, options, listener).result()
+    chosen = options.continuation == "auto" and kind == "general"
+    if not chosen or found.status != "limited" or not isinstance(surface, Extended):
+        return found
+    other = Run(surface, start, kind, free, listener).result()
+    if other.status == "limited":
+        return found
+    return replace(other, history=found.history + other.history)
+
+
+def _was_let_go(start: StripModel) -> bool:
+    return start.info.get("fit", {}).get("continuation") == "faded"
 
 
 def _every_other_edge(model: StripModel) -> StripModel:

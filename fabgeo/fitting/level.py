@@ -158,9 +158,11 @@ class Level:
         What overhangs is cut off. A continuation bends otherwise from where it leaves one side of
         the boundary than from the next: drawn to it, strips are held off the surface along their
         whole length, as rulings and edges pass on what happens there, and outer edges pinch.
-        General models have the freedom to follow it.
+        General models mostly have the freedom to follow it.
         """
-        if self.kind == "general" or not state.reference.continued:
+        choice = self.options.continuation
+        follows = self.kind == "general" if choice == "auto" else choice == "followed"
+        if follows or not state.reference.continued:
             return [1.0, 1.0]
         far = (np.maximum(foot.beyond / KEPT - 1.0, 0.0) for foot in state.feet(sites))
         return [(1.0 + r**2) ** -2 for r in far]

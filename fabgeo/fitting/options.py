@@ -10,6 +10,7 @@ from fabgeo.errors import InputError
 from fabgeo.fitting.objectives.towards import Shapes
 
 type BoundaryChoice = Literal["auto", "edges", "ends", "all", "none"]
+type Continuation = Literal["auto", "followed", "faded"]
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,10 @@ class FitOptions:
         What is held on the surface's boundary: the first and last edge curve, the ends u = 0 and
         u = m, all or nothing. "auto" holds whatever lies on the boundary in the start; a conical
         or circular model is never held at its ends, as its net is the surface's own.
+    continuation : {"auto", "followed", "faded"}
+        Whether what overhangs a surface keeps to its continuation, or is let go farther and farther
+        from the boundary. "auto" lets conical, circular and geodesic models go, and general ones
+        where the continuation keeps them from the limits.
     points : (k, 3) array or None
         Mounting points that edge curves are to pass through, in the surface's unit.
     towards : Shapes or None
@@ -103,6 +108,7 @@ class FitOptions:
     kind_limit_deg: float = 0.005
     weights: Weights = field(default_factory=Weights)
     boundary: BoundaryChoice = "auto"
+    continuation: Continuation = "auto"
     points: Array | None = None
     towards: Shapes | None = None
     minimise: Literal["rms", "max"] = "max"
@@ -115,11 +121,10 @@ class FitOptions:
     solver: Literal["auto", "banded", "pardiso", "superlu"] = "auto"
 
     def __post_init__(self) -> None:
-        if self.boundary not in get_args(BoundaryChoice.__value__):
-            raise InputError(
-                "FitOptions.boundary",
-                f"expected one of {get_args(BoundaryChoice.__value__)}, found {self.boundary!r}",
-            )
+        for name, choice in (("boundary", BoundaryChoice), ("continuation", Continuation)):
+            words, found = get_args(choice.__value__), getattr(self, name)
+            if found not in words:
+                raise InputError(f"FitOptions.{name}", f"expected one of {words}, found {found!r}")
         for name in ("twist_limit_deg", "kind_limit_deg"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"FitOptions.{name}", "expected a positive angle in degrees")

@@ -282,6 +282,7 @@ class Run:
             "status": status,
             "reason": reason,
             "kind": self.kind,
+            "continuation": self.options.continuation,
             "developability": self.weight,
             "anchor": self.anchor,
             "cost": self.history[-1]["cost"],

@@ -82,3 +82,26 @@ def test_a_border_that_no_strip_can_follow_is_left_free_unless_it_is_to_be_held(
         "u", "v", "-0.025*u**2 - 0.075*v**2", (-5.0, 5.0), (-5.0, 5.0), scale=1000.0
     )
     assert not start(straight, strips=16, segments=24).overhangs
+
+
+@pytest.mark.slow
+def test_a_general_model_lets_go_of_a_continuation_that_twists_it():
+    # The lines of a monkey saddle leave its square far: no strips follow what is continued there.
+    monkey = FormulaSurface(
+        "u", "v", "(u**3 - 3*u*v**2)/60", (-5.0, 5.0), (-5.0, 5.0), scale=1000.0
+    )
+    begun = start(monkey, "principal", 10, 20)
+    assert begun.overhangs
+    held = fit(begun.reference, begun.model, options=FitOptions(continuation="followed"))
+    assert held.status == "limited"
+    let_go = fit(begun.reference, begun.model)
+    assert let_go.status == "converged"
+    found = measure(let_go.model, monkey)
+    assert found.twist_deg.value <= 0.003
+    assert found.deviation_over_sag_limit is not None
+    assert found.deviation_over_sag_limit <= 1.1
+    assert not found.folds
+    # It is gone on with as it was left.
+    again = fit(begun.reference, let_go.model)
+    assert again.status == "converged"
+    assert again.history[0]["developability"] >= let_go.history[-1]["developability"]
