@@ -102,11 +102,12 @@ class Run:
             if not self._refine(self.options.growth**2):
                 break
             self._grow(1.0, finer=left > 1)
-        if self.kind == "general":
-            if not self.interrupted and self._uneven():
-                self._fade()
-            if not self.interrupted and self.options.minimise == "max" and self._uneven():
-                self._flatten()
+        if self.kind == "general" and self._uneven() and not self.interrupted:
+            self._fade()
+        # A model of a kind that misses its limits has no room to come nearer.
+        room = self.kind == "general" or self._excess(self._figures()) <= 1.0
+        if self.options.minimise == "max" and room and self._uneven() and not self.interrupted:
+            self._flatten()
         return self._result()
 
     def _resume(self) -> bool:

@@ -105,3 +105,20 @@ def test_a_general_model_lets_go_of_a_continuation_that_twists_it():
     again = fit(begun.reference, let_go.model)
     assert again.status == "converged"
     assert again.history[0]["developability"] >= let_go.history[-1]["developability"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "method"), [("conical", "principal"), ("geodesic", "geodesic")])
+def test_the_largest_deviation_of_models_of_a_kind_is_made_small(kind, method):
+    height = "0.15*v**2 - 0.015*u**2"
+    saddle = FormulaSurface("u", "v", height, (-5.0, 5.0), (-5.0, 5.0), scale=1000.0)
+    begun = start(saddle, method, 16, 24)
+    rms, most = (
+        fit(begun.reference, begun.model, kind, FitOptions(minimise=m)) for m in ("rms", "max")
+    )
+    least, far = (measure(r.model, saddle) for r in (most, rms))
+    assert most.status == "converged"
+    assert least.deviation_max.value < 0.96 * far.deviation_max.value
+    assert least.deviation_over_sag_limit is not None
+    assert least.deviation_over_sag_limit <= 1.05
+    assert not least.folds
