@@ -63,7 +63,7 @@ class Fitted:
     @cached_property
     def lanes(self) -> StripModel:
         """The same surface in strips no wider than panels may be."""
-        return self.model if max(self.counts) == 1 else self.model.divided(self.counts)
+        return lanes_of(self.model, self.counts)
 
     @property
     def numbers(self) -> range:
@@ -145,9 +145,8 @@ def named(project: Project, whole: Project) -> Iterator[None]:
         raise type(error)(where, error.problem, error.cure) from error
 
 
-def lanes_of(project: Project, model: StripModel) -> StripModel:
-    """The model with its strips divided evenly, as far as [panels] limits their width."""
-    counts = lane_counts(project, model)
+def lanes_of(model: StripModel, counts: Sequence[int]) -> StripModel:
+    """The model with every strip divided evenly, into lanes."""
     return model if max(counts) == 1 else model.divided(counts)
 
 

@@ -166,7 +166,7 @@ def _shares(choice: JointChoice) -> str:
 
 def _inputs(project: Project, model: StripModel) -> tuple[tuple[Patch, ...], list[PanelInput]]:
     """Panels on the model itself, its strips divided into lanes."""
-    lanes = lanes_of(project, model)
+    lanes = lanes_of(model, lane_counts(project, model))
     patches = patches_of(project, lanes)
     plates = layers.panels(lanes, patches, layers.Layer("model", 0.0, 1.0, ""))
     names = ("first", "second", "start", "end")
