@@ -41,6 +41,17 @@ def test_centre_of_mass_lies_in_the_mirror_plane():
     assert np.arctan2(centre[1], centre[0]) == pytest.approx(0.25, abs=1e-9)
 
 
+def test_a_solid_in_its_place_has_its_centre_there():
+    place = np.eye(4)
+    place[:3, :3] = [[0.0, -0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, 0.6]]
+    place[:3, 3] = [1e4, -2e4, 3e3]
+    solid = prism_solid(revolution())
+    here, there = check_solid(solid), check_solid(solid.Moved(kernel.to_location(place)))
+    assert there.sound
+    assert there.volume == here.volume
+    np.testing.assert_allclose(there.centre, place[:3, :3] @ here.centre + place[:3, 3], rtol=1e-12)
+
+
 def test_beam_of_twelve_sides():
     """An I-section in one piece, volume by formula."""
     half = np.array([100, 100, 8, 8, 100, 100, -100, -100, -8, -8, -100, -100.0])
