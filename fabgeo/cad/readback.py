@@ -47,11 +47,11 @@ from fabgeo.cad.assembly import Colour
 from fabgeo.cad.measure import check_solid
 from fabgeo.cad.report import SolidReport
 from fabgeo.cad.samples import (
-    EdgeSamples,
     FaceSamples,
-    edge_samples,
+    ReadEdge,
     face_samples,
     gaussian_curvatures,
+    read_edges,
 )
 from fabgeo.errors import InputError
 
@@ -140,9 +140,9 @@ class ReadPart:
         found = gaussian_curvatures(kernel.faces(self.shape)[number], count)
         return float(np.abs(found).max(initial=0.0))
 
-    def edges(self, count: int = 9, most: int = 0) -> list[EdgeSamples]:
-        """Every edge once, sampled at `count` even parameters or more: see `edge_samples`."""
-        return list(edge_samples(self.shape, count, most))
+    def edges(self) -> list[ReadEdge]:
+        """Every edge once."""
+        return list(read_edges(self.shape))
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Lowest and highest corner."""

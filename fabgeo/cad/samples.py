@@ -15,10 +15,10 @@ from OCP.BRepLProp import BRepLProp_SLProps
 from OCP.BRepTools import BRepTools
 from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
 from OCP.GCPnts import GCPnts_AbscissaPoint
-from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.gp import gp_Dir, gp_Pnt, gp_Pnt2d
-from OCP.TopAbs import TopAbs_Orientation, TopAbs_State
-from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shape
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum, TopAbs_State
+from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shape
+from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from fabgeo.arrays import Array
 from fabgeo.cad import kernel, measure
@@ -52,14 +52,33 @@ class FaceSamples:
 
 
 @dataclass(frozen=True)
-class EdgeSamples:
-    """One edge in numbers: its kind (line, circle, bspline, ...), length (mm), points (k, 3)."""
+class ReadEdge:
+    """One edge in numbers.
+
+    Attributes
+    ----------
+    kind : str
+        line, circle, bspline, ...
+    length : float
+        mm.
+    faces : tuple of int
+        Indices of the faces that it bounds, in the part's order of faces.
+    spans, poles : int
+        Knot spans and control points; of what is no B-spline 1, and 2 for a line, 0 for others.
+    curve : BRepAdaptor_Curve
+    """
 
     kind: str
     length: float
-    points: Array
     faces: tuple[int, ...]
-    """Indices of the faces that it bounds, in the part's order of faces."""
+    spans: int
+    poles: int
+    curve: BRepAdaptor_Curve
+
+    def points(self, count: int) -> Array:
+        """Points (count, 3) at even parameters, first and last with them."""
+        t = np.linspace(self.curve.FirstParameter(), self.curve.LastParameter(), count)
+        return np.array([self.curve.Value(at).Coord() for at in t.tolist()])
 
 
 def face_samples(face: TopoDS_Face, count: int) -> FaceSamples:
@@ -123,46 +142,22 @@ def _xyz(value: gp_Pnt | gp_Dir) -> Array:
     return np.array([value.X(), value.Y(), value.Z()])
 
 
-def edge_samples(shape: TopoDS_Shape, count: int, most: int = 0) -> Iterator[EdgeSamples]:
-    """Every edge once, sampled at `count` even parameters.
-
-    Where `most` is more, at up to so many, all edges alike: as many as give two to a knot span of
-    the edge that has most of them. A cubic spline through them is then such an edge itself.
-    """
-    users: list[tuple[TopoDS_Edge, list[int]]] = []
-    index: dict[int, list[int]] = {}
+def read_edges(shape: TopoDS_Shape) -> Iterator[ReadEdge]:
+    """Every edge once, but for degenerate ones."""
+    known = TopTools_IndexedMapOfShape()
+    around: dict[int, dict[int, None]] = {}
     for number, face in enumerate(kernel.faces(shape)):
-        for edge in kernel.edges(face):
-            bucket = index.setdefault(hash(edge), [])
-            key = next((k for k in bucket if users[k][0].IsSame(edge)), -1)
-            if key < 0:
-                bucket.append(len(users))
-                users.append((edge, [number]))
-            elif number not in users[key][1]:
-                users[key][1].append(number)
-    curves = [
-        (BRepAdaptor_Curve(edge), faces)
-        for edge, faces in users
-        if not BRep_Tool.Degenerated_s(edge)
-    ]
-    if most > count:
-        spans = max((_spans(curve) for curve, _ in curves), default=1)
-        count = max(count, min(2 * spans + 1, most))
-    for curve, faces in curves:
-        first, last = curve.FirstParameter(), curve.LastParameter()
-        points = _points(curve, np.linspace(first, last, count))
-        kind = curve.GetType().name.removeprefix("GeomAbs_").removesuffix("Curve").lower()
-        length = float(GCPnts_AbscissaPoint.Length_s(curve, 1e-7))
-        yield EdgeSamples(kind, length, points, tuple(faces))
+        for edge in kernel.explore(face, TopAbs_ShapeEnum.TopAbs_EDGE):
+            around.setdefault(known.Add(edge), {})[number] = None
+    for key, faces in around.items():
+        edge = TopoDS.Edge_s(known.FindKey(key))
+        if not BRep_Tool.Degenerated_s(edge):
+            yield _read_edge(BRepAdaptor_Curve(edge), tuple(faces))
 
 
-def _spans(curve: BRepAdaptor_Curve) -> int:
-    """Knot spans of a B-spline; of any other curve one."""
-    spline = curve.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve
-    return curve.NbKnots() - 1 if spline else 1
-
-
-def _points(curve: BRepAdaptor_Curve, t: Array) -> Array:
-    """Points (k, 3) of a curve: one array for all, as one for each takes longer than the curve."""
-    points = [curve.Value(at) for at in t.tolist()]
-    return np.array([(p.X(), p.Y(), p.Z()) for p in points])
+def _read_edge(curve: BRepAdaptor_Curve, faces: tuple[int, ...]) -> ReadEdge:
+    kind = curve.GetType().name.removeprefix("GeomAbs_").removesuffix("Curve").lower()
+    length = float(GCPnts_AbscissaPoint.Length_s(curve, 1e-7))
+    if kind == "bspline":
+        return ReadEdge(kind, length, faces, curve.NbKnots() - 1, curve.NbPoles(), curve)
+    return ReadEdge(kind, length, faces, 1, 2 if kind == "line" else 0, curve)

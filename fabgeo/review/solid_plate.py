@@ -20,13 +20,14 @@ import numpy as np
 
 from fabgeo.arrays import Array, ComplexArray, cross, unit
 from fabgeo.errors import GeometryError
+from fabgeo.review.plate_sides import loops, sides, skins
 from fabgeo.review.rails import rail_normals, ruling_radii
 
 if TYPE_CHECKING:
-    from fabgeo.cad.readback import EdgeSamples, ReadPart
+    from fabgeo.cad.readback import ReadPart
 
-SAMPLES = 65
-MOST_SAMPLES = 257  # of an edge of many knots: bending changes from knot to knot
+SAMPLES = 65  # of an edge of the outline; of an edge of many knots, two to a span:
+MOST_SAMPLES = 257  # bending changes from knot to knot
 VOLUME_EPS = 1e-3  # asked of the adaptive quadrature; on plates with holes it leaves under 1e-13
 
 
@@ -133,76 +134,35 @@ def polyline_length(points: Array) -> float:
 
 def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | None:
     """Measure a plate's solid; None if it has no two skins with sides between them."""
-    edges = part.edges(SAMPLES, MOST_SAMPLES)
-    one, two = _skins(edges)
-    loops = _loops(_sides(edges, one, two))
-    if not loops:
+    edges = part.edges()
+    one, two = skins(edges)
+    found = loops(sides(edges, one, two))
+    if not found:
         return None
-    outer = max(loops, key=lambda loop: sum(polyline_length(side.points) for side in loop))
+    outer = max(found, key=lambda loop: sum(side.length for side in loop))
     if len(outer) < 3:
         return None
-    size = sum(polyline_length(side.points) for side in outer) / 4.0
+    spans = max(edge.spans for side in outer for edge in (side.one, side.two))
+    apart = [side.apart(max(SAMPLES, min(2 * spans + 1, MOST_SAMPLES))) for side in outer]
+    mids = [0.5 * (a + b) for a, b in apart]
+    size = sum(polyline_length(mid) for mid in mids) / 4.0
     return SolidPlate(
         part.name,
         volume,
         centre,
-        tuple(side.points for side in outer),
-        tuple(side.straight for side in outer),
-        float(np.mean([side.thickness for side in outer])),
+        tuple(mids),
         tuple(
-            np.concatenate([side.points for side in loop]) for loop in loops if loop is not outer
+            side.one.kind == "line" or _is_straight(mid)
+            for side, mid in zip(outer, mids, strict=True)
+        ),
+        float(np.mean([np.linalg.norm(a - b, axis=1).mean() for a, b in apart])),
+        tuple(
+            np.concatenate([side.rim(SAMPLES) for side in loop])
+            for loop in found
+            if loop is not outer
         ),
         max(part.gaussian(one), part.gaussian(two)) * size**2,
     )
-
-
-@dataclass(frozen=True)
-class _Side:
-    """A side face's mid-edge (n, 3), whether it is straight, the skins' distance along it."""
-
-    points: Array
-    straight: bool
-    thickness: float
-
-    def turned(self) -> _Side:
-        return _Side(self.points[::-1], self.straight, self.thickness)
-
-
-def _skins(edges: list[EdgeSamples]) -> tuple[int, int]:
-    """The two faces with the longest edges around them."""
-    around: dict[int, float] = {}
-    for edge in edges:
-        for face in edge.faces:
-            around[face] = around.get(face, 0.0) + edge.length
-    order = sorted(around, key=lambda face: -around[face])
-    return (order[0], order[1]) if len(order) > 1 else (-1, -1)
-
-
-def _sides(edges: list[EdgeSamples], one: int, two: int) -> list[_Side]:
-    """Mid-edges: for every side face the average of its edge on each skin."""
-    by_side: dict[int, dict[int, list[EdgeSamples]]] = {}
-    for edge in edges:
-        for skin in (one, two):
-            if skin in edge.faces:
-                for side in edge.faces:
-                    if side not in (one, two):
-                        by_side.setdefault(side, {}).setdefault(skin, []).append(edge)
-    found = []
-    for own in by_side.values():
-        for a in own.get(one, []):
-            pairs = [(b, turned) for b in own.get(two, []) for turned in (False, True)]
-            if not pairs:
-                continue
-            other, flip = min(pairs, key=lambda p: _apart(a.points, p[0].points, p[1]))
-            points = other.points[::-1] if flip else other.points
-            middle = 0.5 * (a.points + points)
-            thickness = float(np.linalg.norm(a.points - points, axis=1).mean())
-            found.append(_Side(middle, a.kind == "line" or _is_straight(middle), thickness))
-    return found
-
-
-def _apart(a: Array, b: Array, turned: bool) -> float:
-    return float(np.linalg.norm(a - (b[::-1] if turned else b), axis=1).max())
 
 
 def _is_straight(points: Array, tolerance: float = 1e-6) -> bool:
@@ -212,26 +172,6 @@ def _is_straight(points: Array, tolerance: float = 1e-6) -> bool:
         return False
     away = np.linalg.norm(cross(points - points[0], chord / length), axis=1)
     return bool(away.max() <= tolerance * length)
-
-
-def _loops(sides: list[_Side], reach: float = 1e-2) -> list[list[_Side]]:
-    """Edges chained end to end into loops."""
-    ends = np.array([(side.points[0], side.points[-1]) for side in sides]).reshape(-1, 2, 3)
-    free, loops = np.ones(len(sides), dtype=bool), []
-    while free.any():
-        first = int(free.argmax())
-        free[first] = False
-        loop = [sides[first]]
-        while np.linalg.norm(loop[-1].points[-1] - loop[0].points[0]) > reach:
-            away = np.linalg.norm(ends - loop[-1].points[-1], axis=2)
-            away[~free] = np.inf
-            k, flip = divmod(int(away.argmin()), 2)
-            if away[k, flip] > reach:
-                break
-            free[k] = False
-            loop.append(sides[k].turned() if flip else sides[k])
-        loops.append(loop)
-    return loops
 
 
 def developed(a: Array, b: Array) -> tuple[Array, Array]:

@@ -10,8 +10,9 @@ from scipy.interpolate import CubicSpline
 
 from fabgeo.cad.measure import is_valid
 from fabgeo.cad.plates import plate_solid
-from fabgeo.cad.samples import edge_samples
+from fabgeo.cad.readback import ReadPart
 from fabgeo.review.rails import ruling_radii
+from fabgeo.review.solid_plate import SolidPlate, solid_plate
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Hole, Plate
 
@@ -68,8 +69,25 @@ def test_two_samples_to_a_knot_span_give_the_radius_everywhere() -> None:
     assert worst(SPANS + 1) > 0.05
 
 
-def test_edges_are_sampled_twice_a_knot_span() -> None:
+def test_outlines_are_sampled_twice_a_knot_span() -> None:
     """Skins have two spans to one of the mid-surface."""
-    solid = plate_solid(drilled(0.0), holes=False)
-    for most, expected in ((257, 4 * SPANS + 1), (71, 71), (0, 65)):
-        assert {len(edge.points) for edge in edge_samples(solid, 65, most)} == {expected}
+    plate = measured(plate_solid(drilled(0.0), holes=False))
+    assert {len(edge) for edge in plate.edges} == {4 * SPANS + 1}
+
+
+def test_rims_of_holes_run_round_on_their_cylinders() -> None:
+    plate, solid = drilled(0.0), measured(plate_solid(drilled(0.0)))
+    assert len(solid.openings) == len(plate.holes)
+    for hole in plate.holes:
+        middles = [rim.mean(axis=0) - hole.centre for rim in solid.openings]
+        rim = solid.openings[int(np.linalg.norm(middles, axis=1).argmin())] - hole.centre
+        x, y = rim @ hole.direction, rim @ np.cross(hole.axis, hole.direction)
+        np.testing.assert_allclose(np.hypot(x, y), 5.5, atol=1e-3)
+        assert np.diff(np.sort(np.arctan2(y, x))).max() < 0.3
+
+
+def measured(solid: Any) -> SolidPlate:
+    part = ReadPart("P", "P", ("P",), solid, None, (), (np.eye(4),))
+    plate = solid_plate(part, 0.0, np.zeros(3))
+    assert plate is not None
+    return plate
