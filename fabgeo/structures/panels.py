@@ -33,8 +33,6 @@ from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.parts import Plate
 from fabgeo.structures.prisms import ruled_normals
 
-LEAST_TURN = 1e-3  # of the angle between two planes: what is square to the ruling
-
 type JointSides = Literal["parallel", "ruling"]
 
 
@@ -163,7 +161,7 @@ def layer_edges(
     ends = []
     for side, sign in ((0, 1.0), (1, -1.0)):
         t, beyond = f.t[row + side], row - int(sign)
-        own = _lean(m, sign * e, f.m[beyond]) if 0 <= beyond < len(f.m) else 0.0
+        own = _lean(m, sign * e, t, f.m[beyond]) if 0 <= beyond < len(f.m) else 0.0
         # Square to the edge on the developed strip: the ruling meets the edge at angle phi.
         sine = dot(cross(t, e), m)
         along = take[side] / sine if sides == "parallel" else np.full(len(u), take[side])
@@ -174,15 +172,15 @@ def layer_edges(
     return np.stack(ends)
 
 
-def _lean(m: Array, inwards: Array, beyond: Array) -> Array:
-    """Lean a (k,), (m + a inwards) . beyond = 1, of unit normals m and beyond.
+def _lean(m: Array, inwards: Array, t: Array, beyond: Array) -> Array:
+    """Lean a (k,), (m + a inwards) . beyond = 1, of unit normals m and beyond on an edge along t.
 
-    0 where the planes meet along the ruling if anywhere: lanes of one strip differ by its twist.
+    By the angle of the two planes about the edge, which both contain but for their strips' twist:
+    where they hardly differ, twist decides how.
     """
-    change = beyond - m
-    square, down = dot(change, change), dot(inwards, change)
-    along = np.abs(down) <= LEAST_TURN * np.sqrt(square)
-    return np.where(along, 0.0, square / np.where(along, 1.0, 2.0 * down))
+    square = unit(cross(m, t))
+    half = np.arctan2(dot(square, beyond), dot(m, beyond)) / 2.0
+    return np.tan(half) / dot(inwards, square)
 
 
 def _ruling_step(local: _Local, strip: int, u: float, distance: float, height: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from structure_models import twist_deg
 
-from fabgeo.arrays import cross, dot, unit
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.cad.plates import plate_solid
 from fabgeo.errors import GeometryError
 from fabgeo.fitting.fit import fit
@@ -24,6 +24,27 @@ from fabgeo.structures.patches import CutRule, cut, cut_lengths
 from fabgeo.structures.prisms import plate_prism, prism_volume, ruled_normals
 from fabgeo.structures.walls import coped_walls, walls
 from fabgeo.surfaces.formula import FormulaSurface
+
+
+@pytest.mark.parametrize("height", [-20.0, 40.0])
+def test_layers_of_strips_that_go_on_smoothly_stay_beside_them(height: float) -> None:
+    # Four rings of one cylinder, off it by what fits leave: planes meet at hardly any angle.
+    places = 1000.0 * np.arange(5.0)
+
+    def rings(u: Array) -> Array:
+        way = np.stack([np.cos(u / 8.0), np.sin(u / 8.0), np.zeros_like(u)], axis=-1)
+        return 5000.0 * way + places[:, None, None] * np.array([0.0, 0.0, 1.0])
+
+    exactly = exact.ExactModel(rings, edges=5, segments=12).interpolant(2)
+    noise = np.random.default_rng(1).normal(0.0, 0.01, exactly.control.shape)
+    model = exactly.with_control(exactly.control + noise)
+    layer = Layer("lining", height, 10.0, "glass")
+    for plate in panels(model, cut(model, CutRule(count=3)), layer, Joint(edge=0.0, ruling=0.0)):
+        a, b = plate.mid.edges(plate.mid.parameters(8))
+        strip = int(plate.mark.split("-")[1])
+        for points, place in ((a, places[strip]), (b, places[strip + 1])):
+            assert np.abs(np.linalg.norm(points[:, :2], axis=1) - 5000.0 - height).max() < 0.1
+            assert np.abs(points[:, 2] - place).max() < 0.1
 
 
 def test_panels_of_any_height_keep_parallel_rulings_and_the_joint(conical: StripModel) -> None:
