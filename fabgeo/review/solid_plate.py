@@ -28,9 +28,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 65  # of an edge of the outline; of an edge of many knots, two to a span:
 MOST_SAMPLES = 257  # bending changes from knot to knot
-VOLUME_EPS = (
-    1e-3  # asked of the adaptive quadrature; on plates with holes it leaves under 1e-9
-)
+VOLUME_EPS = 1e-3  # asked of the adaptive quadrature; on plates with holes it leaves under 1e-9
 
 
 @dataclass(frozen=True)
