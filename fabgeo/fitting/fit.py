@@ -7,12 +7,15 @@ from dataclasses import replace
 from fabgeo.errors import InputError
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.result import FitResult, Listener, Progress
-from fabgeo.fitting.run import Run
+from fabgeo.fitting.run import WITHIN_REACH, Run
+from fabgeo.fitting.verdict import excess_of
 from fabgeo.strips.model import KINDS, Kind, StripModel
 from fabgeo.surfaces.base import DesignSurface
 from fabgeo.surfaces.trace_extension import Extended
 
 __all__ = ["FitResult", "Listener", "Progress", "fit"]
+
+MORE_STEPS = 3  # times those of a fit that ended near the limits
 
 
 def fit(
@@ -68,18 +71,38 @@ def _run(
     options: FitOptions,
     listener: Listener | None,
 ) -> FitResult:
-    """One fit; another, let go beyond the boundary, where only the continuation is in the way."""
-    free = replace(options, continuation="faded")
+    """One fit; where it ends short of the limits, others that may reach them."""
     if options.continuation == "auto" and _was_let_go(start):
-        options = free
-    found = Run(surface, start, kind, options, listener).result()
+        options = replace(options, continuation="faded")
+    first = Run(surface, start, kind, options, listener).result()
+    history = first.history
+    for more in _further(surface, kind, options, first):
+        other = Run(surface, start, kind, more, listener).result()
+        history += other.history
+        if other.status == "converged":
+            return replace(other, history=history)
+        if other.status == "interrupted":
+            return replace(first, status=other.status, reason=other.reason, history=history)
+    return first
+
+
+def _further(
+    surface: DesignSurface, kind: Kind, options: FitOptions, first: FitResult
+) -> list[FitOptions]:
+    """What to try after a fit: letting go beyond the boundary; more steps, and finer knots."""
+    if first.status != "limited":
+        return []
+    out = []
     chosen = options.continuation == "auto" and kind == "general"
-    if not chosen or found.status != "limited" or not isinstance(surface, Extended):
-        return found
-    other = Run(surface, start, kind, free, listener).result()
-    if other.status == "limited":
-        return found
-    return replace(other, history=found.history + other.history)
+    if chosen and isinstance(surface, Extended):
+        out.append(replace(options, continuation="faded"))
+    left = first.statistics
+    figures = {"twist_deg": left["twist_max_deg"], "kind_deg": left["kind_max_deg"]}
+    excess = excess_of(figures, options)
+    if options.refinements > 0 and 1.0 < excess <= WITHIN_REACH:
+        longer, finer = MORE_STEPS * options.iterations, options.refinements + 1
+        out.append(replace(options, iterations=longer, refinements=finer))
+    return out
 
 
 def _was_let_go(start: StripModel) -> bool:

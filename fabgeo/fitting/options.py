@@ -93,7 +93,9 @@ class FitOptions:
     across : int
         Times that neighbouring strips are taken together before the fit, and halved again after.
     refinements : int
-        Times that knot spans are halved beyond the start's, where the limits are not reached.
+        Times that knot spans are halved beyond the start's, where the limits are not reached; more
+        than once only where they are near. A fit that ends near them, if knots may be halved at
+        all, is made again with three times the steps, and once more halved.
     iterations : int
         Steps of Levenberg-Marquardt that one stage may take.
     stages : int

@@ -40,6 +40,7 @@ COARSE_LIMIT = 10.0  # multiple of the limits that a coarse level has to reach
 LEAST_ANCHOR = 0.01  # of its first weight: without any, free borders retreat
 WORTH = 0.7  # of the best excess so far: a stage that brings less is idle
 PATIENCE = 3  # idle stages in a row, after which more weight is of no use
+WITHIN_REACH = 10.0  # multiple of the limits up to which more effort may reach them
 EXACTLY = 1e-3  # the same for nets of a kind: their path is narrow
 ON_THE_WAY, SETTLED = 1e-2, 3e-3  # relative gain of a step at which a stage ends
 FLAT_ENOUGH = 1.05  # of the sag limit: reweighting has nothing to gain below
@@ -96,7 +97,9 @@ class Run:
         if not self.interrupted:
             self._grow(1.0, finer=self.options.refinements > 0)
         for left in range(self.options.refinements, 0, -1):
-            if self.interrupted or self._excess(self._figures()) <= 1.0:
+            excess = self._excess(self._figures())
+            hopeless = left < self.options.refinements and excess > WITHIN_REACH
+            if self.interrupted or excess <= 1.0 or hopeless:
                 break
             # Halve the knot spans once more: the limits can't be reached with these.
             if not self._refine(self.options.growth**2):

@@ -122,3 +122,20 @@ def test_the_largest_deviation_of_models_of_a_kind_is_made_small(kind, method):
     assert least.deviation_over_sag_limit is not None
     assert least.deviation_over_sag_limit <= 1.05
     assert not least.folds
+
+
+@pytest.mark.slow
+def test_a_fit_that_ends_near_its_limits_is_made_again_and_reaches_them():
+    # Principal curvatures of +-0.3 per m: slopes of 1.5 at the sides of the square.
+    height = "0.15*v**2 - 0.15*u**2"
+    saddle = FormulaSurface("u", "v", height, (-5.0, 5.0), (-5.0, 5.0), scale=1000.0)
+    begun = start(saddle, "geodesic", 16, 24)
+    result = fit(begun.reference, begun.model, "geodesic")
+    found = measure(result.model, saddle)
+    assert result.status == "converged"
+    assert found.twist_deg.value <= 0.003
+    assert found.geodesic is not None
+    assert np.degrees(found.geodesic.value) <= 0.01
+    assert found.deviation_over_sag_limit is not None
+    assert found.deviation_over_sag_limit <= 1.1
+    assert not found.folds
