@@ -70,7 +70,7 @@ def ruling(patch: RuledPatch, u: float) -> tuple[Array, Array, Array]:
 
 def test_joints_at_rulings_are_taken_off_the_panels_as_made() -> None:
     """Half a joint at the slower end of either ruling: the stated gap comes to it, no more."""
-    fanning = DOME.replace('x = "u"', 'x = "u*(1 + 0.12*v)"').replace("1.0", "10.0")
+    fanning = DOME.replace('x = "u"', 'x = "u*(1 + 0.1*v)"').replace("1.0", "10.0")
     made = built(
         panels="angle = 3.0\n[limits]\ngap_max_mm = 8.0",
         dome=fanning.replace("count = 4\nstart", "count = 2\nstart"),
