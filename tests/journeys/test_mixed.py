@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fabgeo.arrays import dot, unit
 from fabgeo.build import Package, build_package, design
 from fabgeo.cad.readback import read_package_step
 from fabgeo.errors import GeometryError, InputError
@@ -75,14 +76,20 @@ def test_straight_beams_on_the_mesh_of_the_panels_corners(tmp_path: Path) -> Non
     _whole(made)
     assert len(made.design.beams) == 4 * 2  # edges times bays
     (remark,) = made.design.remarks
-    model, (bay, _) = made.design.model, made.design.beams[:2]
     assert "quad mesh" in remark
-    # On a circle of the model the gap is the sagitta of a bay's chord.
-    a, b = model.points(np.array([bay.u0, bay.u1]))[0]
-    radius = np.hypot(*a[:2])
-    sagitta = radius - np.sqrt(radius**2 - np.linalg.norm(b - a) ** 2 / 4.0)
+    # The gap is what an edge of the model leaves its chord by, in the bay where that is most.
+    away = []
+    for bay in made.design.beams[:2]:
+        edges = made.design.model.points(np.linspace(bay.u0, bay.u1, 65))
+        chord = unit(edges[:, -1:] - edges[:, :1])
+        off = edges - edges[:, :1]
+        away.append(np.linalg.norm(off - dot(off, chord)[..., None] * chord, axis=-1).max())
     gaps = [float(word) for word in remark.split() if word.replace(".", "").isdigit()]
-    assert gaps[0] >= 0.95 * sagitta
+    assert gaps[0] == pytest.approx(max(away), abs=0.006)  # printed in hundredths
+    # Edges are nearly the circles that they began as: a chord's sagitta.
+    a, b = edges[0, 0], edges[0, -1]
+    radius = np.hypot(*a[:2])
+    assert gaps[0] == pytest.approx(np.linalg.norm(b - a) ** 2 / (8.0 * radius), rel=0.1)
     assert made.design.connectors
     assert {k.beam for k in made.design.connectors} <= {b.mark for b in made.design.beams}
 
