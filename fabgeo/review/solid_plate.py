@@ -1,11 +1,7 @@
 """A plate's solid, as read back from STEP, seen as what it was cut from: mid-surface and thickness.
 
-Glossary
+Glossary (skin, side: see `fabgeo.review.plate_sides`)
 --------
-skin
-    One of the two large faces of a plate.
-side
-    A face between the skins; its edges on both skins average to one edge of the mid-surface.
 rails
     The two edges of the mid-surface between which its rulings run, sampled alike.
 """
