@@ -32,7 +32,9 @@ _END = re.compile(rb"ENDSEC;\s*END-ISO-10303-21;")
 
 
 def step_shares(path: Path, size: int = SHARE) -> Iterator[bytes]:
-    """The texts of shares of about `size` bytes, with the solids in the file's order.
+    """The texts of shares of about `size` bytes, those of the file's last solids first.
+
+    The last are fixings, in one share with thousands of places: begun last, it would be waited for.
 
     The file itself, once, where it is no larger or can't be divided: shapes that are no plain
     solids, solids of no product, comments, statements that don't begin lines.
@@ -108,7 +110,7 @@ class _Tree:
         _, shape = np.unique(self.shape, return_inverse=True)
         share = np.full(len(at), count)
         np.minimum.at(share, shape, (at - at[0]) * count // whole)
-        for k in np.unique(share[shape]):
+        for k in np.unique(share[shape])[::-1]:
             yield share[shape] == k
 
     @cached_property
