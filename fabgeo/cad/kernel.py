@@ -13,6 +13,7 @@ OCP
 from __future__ import annotations
 
 import io
+from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -88,10 +89,10 @@ def one_span(degree: int) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger
 @lru_cache(maxsize=256)
 def _knot_arrays(data: bytes) -> tuple[TColStd_Array1OfReal, TColStd_Array1OfInteger]:
     """The kernel copies what it is given, so equal knot vectors can share their arrays."""
-    values, counts = np.unique(np.frombuffer(data), return_counts=True)
-    reals = TColStd_Array1OfReal(1, len(values))
-    integers = TColStd_Array1OfInteger(1, len(values))
-    for k, (value, count) in enumerate(zip(values.tolist(), counts.tolist(), strict=True), 1):
+    counts = Counter(np.frombuffer(data).tolist())  # in order, as knots are
+    reals = TColStd_Array1OfReal(1, len(counts))
+    integers = TColStd_Array1OfInteger(1, len(counts))
+    for k, (value, count) in enumerate(counts.items(), 1):
         reals.SetValue(k, value)
         integers.SetValue(k, count)
     return reals, integers

@@ -44,6 +44,7 @@ from OCP.XCAFDoc import (
 from fabgeo.arrays import Array
 from fabgeo.cad import kernel, measure
 from fabgeo.cad.assembly import Colour
+from fabgeo.cad.laid import lay
 from fabgeo.cad.measure import check_solid
 from fabgeo.cad.report import SolidReport
 from fabgeo.cad.samples import (
@@ -80,6 +81,9 @@ _REPAIRS = (
 It takes two thirds of the time of reading. What a file leaves to its reader is still done:
 parameter curves, seams, apexes, tolerances.
 """
+
+_NOT_LAID = (b"CIRCLE(", b"PCURVE(", b"CONICAL_SURFACE(", b"SPHERICAL_SURFACE(")
+"""Words of files with edges or faces that `fabgeo.cad.laid` leaves to the kernel: of fixings."""
 
 
 @dataclass(frozen=True)
@@ -161,6 +165,16 @@ def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:
     if not source.is_file():
         raise InputError(str(source), "does not exist")
     kernel.be_quiet()
+    text = source.read_bytes()
+    if not any(word in text for word in _NOT_LAID):
+        parts = _read(source, (*_REPAIRS, "FixSolidMode"))
+        if all(lay(part.shape) for part in parts):
+            return parts
+    return _read(source, _REPAIRS)
+
+
+def _read(source: Path, left: tuple[str, ...]) -> list[ReadPart]:
+    """Read with some of the kernel's repairs left out."""
     document = TDocStd_Document(kernel.text("MDTV-XCAF"))
     reader = STEPCAFControl_Reader()
     reader.SetNameMode(True)
@@ -169,15 +183,15 @@ def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:
     Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
     if reader.ReadFile(str(source)) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise InputError(str(source), "is no STEP file that the kernel can read")
-    reader.SetShapeFixParameters(_without_repairs())  # heard only after the file is read
+    reader.SetShapeFixParameters(_without(left))  # heard only after the file is read
     if not reader.Transfer(document):
         raise InputError(str(source), "holds no shape", "check that it was written completely")
     return list(_Tree(document).parts())
 
 
-def _without_repairs() -> Resource_DataMapOfAsciiStringAsciiString:
+def _without(repairs: tuple[str, ...]) -> Resource_DataMapOfAsciiStringAsciiString:
     out = Resource_DataMapOfAsciiStringAsciiString()
-    for name in _REPAIRS:
+    for name in repairs:
         out.Bind(TCollection_AsciiString(f"FixShape.{name}"), TCollection_AsciiString("0"))
     return out
 

@@ -224,6 +224,21 @@ class Skin:
         self._check(foot, axis, uv, height)
         return foot, axis, uv, height
 
+    def closest(self, points: Array) -> Array:
+        """Parameters (k, 2) of the skin's points closest to points (k, 3) near it."""
+        uv = self.grid_uv[self.grid.query(points)[1]]
+        for _ in range(30):
+            x, xu, xv = self.at(uv)
+            gap = points - x
+            a, b, c, d, e = dot(xu, xu), dot(xu, xv), dot(xv, xv), dot(gap, xu), dot(gap, xv)
+            step = np.stack([c * d - b * e, a * e - b * d], axis=1) / (a * c - b * b)[:, None]
+            new = np.clip(uv + step, self.low, self.high)
+            change = np.abs((new - uv) / (self.high - self.low)).max()
+            uv = new
+            if change < 1e-9:  # the next would be of its square
+                break
+        return uv
+
     def _meet(self, foot: Array, axis: Array, uv: Array) -> tuple[Array, Array]:
         """Parameters (k, 2) and heights (k,) where lines meet the skin, kept within its range."""
         height = np.zeros(len(foot))
