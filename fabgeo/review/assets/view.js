@@ -251,20 +251,27 @@ class View {
     this.glide(centre, centre.clone().addScaledVector(away, reach));
   }
 
-  // The nearest place along the standard direction from which every corner of the box is seen.
+  // The nearest place along the standard direction from which every part is seen, in the middle.
   fit() {
     const way = new THREE.Vector3(-0.62, -0.55, 0.56).normalize();
-    const right = new THREE.Vector3(0, 0, 1).cross(way).normalize();
-    const up = way.clone().cross(right), high = Math.tan(THREE.MathUtils.degToRad(17.5)) * 0.94;
-    const wide = high * this.camera.aspect;
-    let distance = 0;
-    for (let k = 0; k < 8; k++) {
-      const signs = [k & 1, k & 2, k & 4].map((bit) => (bit ? 1 : -1));
-      const corner = new THREE.Vector3(...signs).multiply(this.half);
-      const out = corner.dot(way);
-      distance = Math.max(distance, out + Math.abs(corner.dot(right)) / wide, out + Math.abs(corner.dot(up)) / high);
-    }
-    this.glide(new THREE.Vector3(), way.multiplyScalar(distance), true);
+    const right = new THREE.Vector3(0, 0, 1).cross(way).normalize(), up = way.clone().cross(right);
+    const high = Math.tan(THREE.MathUtils.degToRad(17.5)) * 0.92, wide = high * this.camera.aspect;
+    // The middle between the two lines of sight, leaning by `slope`, that touch the model; how far
+    // off they meet.
+    const touch = (side, slope) => {
+      let [one, other] = [-Infinity, -Infinity];
+      for (const { data: { base } } of this.layers.values()) {
+        for (let i = 0; i < base.length; i += 3) {
+          const out = slope * (base[i] * way.x + base[i + 1] * way.y + base[i + 2] * way.z);
+          const along = base[i] * side.x + base[i + 1] * side.y + base[i + 2] * side.z;
+          [one, other] = [Math.max(one, out + along), Math.max(other, out - along)];
+        }
+      }
+      return one > -Infinity ? [(one - other) / 2, (one + other) / 2 / slope] : [0, this.size / slope];
+    };
+    const [x, across] = touch(right, wide), [y, upright] = touch(up, high);
+    const target = right.clone().multiplyScalar(x).addScaledVector(up, y);
+    this.glide(target, target.clone().addScaledVector(way, Math.max(across, upright)), true);
   }
 
   glide(target, position, now = false) {
