@@ -58,9 +58,10 @@ def lay(shape: TopoDS_Shape) -> bool:
     """
     edges = _Edges()
     try:
-        faces = kernel.faces(shape.Located(_UNPLACED))
-        made = [one for face in faces for one in _laid(face, edges)]
-    except _NotLaid:
+        with np.errstate(divide="ignore", invalid="ignore"):  # of what is no number nothing is laid
+            faces = kernel.faces(shape.Located(_UNPLACED))
+            made = [one for face in faces for one in _laid(face, edges)]
+    except (_NotLaid, np.linalg.LinAlgError):
         return False
     fix = ShapeFix_Edge()
     for one in made:
@@ -156,6 +157,8 @@ class _Edge:
         whole = len(knots) == len(poles) + degree + 1 and last > first
         if not (whole and knots[degree] == knots[0] == first and knots[~degree] == last):
             raise _NotLaid  # periodic, or a piece of a curve
+        if not np.isfinite(poles).all():
+            raise _NotLaid
         basis = _Basis.of(degree, ((knots - first) / (last - first)).tobytes())
         return _Edge(degree, knots, basis, basis.at_both @ poles)
 
@@ -263,7 +266,7 @@ class _Ruled:
         knots = _full_knots(surface.UKnots(), surface.UMultiplicities())
         u = range(1, surface.NbUPoles() + 1)
         poles = np.array([[surface.Pole(k, side).Coord() for k in u] for side in (1, 2)])
-        return _Ruled(Skin("", knots, poles))
+        return _Ruled(Skin("", knots, poles)) if np.isfinite(poles).all() else None
 
     def parameters(self, points: Array) -> Array:
         return self.skin.closest(points)
