@@ -12,6 +12,7 @@ from fabgeo.review.findings import Findings
 from fabgeo.review.flat_match import Match
 from fabgeo.review.measured import FlatFile
 from fabgeo.review.package import csv_rows, number
+from fabgeo.review.rails import bending_sides
 from fabgeo.review.solid_plate import SolidPlate
 
 TABLE = 0.002  # mm: tables of bend lines carry three decimals
@@ -59,6 +60,7 @@ def check_radii(
     """Radii of the bend lines are the solid's at the middles of the same rulings.
 
     A developable's radius grows linearly along a ruling: in its middle it is the mean of both ends.
+    It is positive where the part bends towards the side from which it is drawn.
     """
     if found.rails is None or not rows or len(rows) != len(flat.bends):
         return
@@ -66,9 +68,16 @@ def check_radii(
     sites = np.linspace(0.0, len(bent) - 1.0, len(found.rails[0]))
     middle, lines = 0.5 * (found.rails[0] + found.rails[1]), flat.bends.mean(axis=1)
     near = np.linalg.norm(middle[None] - lines[:, None], axis=-1).argmin(axis=1)
-    stated = 1.0 / np.abs(_columns(rows, ["radius_mm"])[:, 0])
+    stated = 1.0 / _columns(rows, ["radius_mm"])[:, 0]
+    sides = bending_sides(*plate.four_sided) * _drawn_side(found.rails)
     for row, at, own in zip(rows, sites[near].astype(int).tolist(), stated.tolist(), strict=True):
+        own, way = abs(own), np.sign(own)
         around = bent[max(at - 1, 0) : at + 3]
+        if around.min() > NEARLY_FLAT and (sides[max(at - 1, 0) : at + 3] == -way).all():
+            what = f"sign of the radius of bend line {row.get('bend')}"
+            findings.add(
+                flat.mark, what, "-" if way > 0.0 else "+", "+" if way > 0.0 else "-", name
+            )
         # At a knot the curvature has a peak; it lies within half a step of a sample.
         peak = BENT + 0.5 * float(np.abs(np.diff(around)).max(initial=0.0))
         low, high = (1.0 - BEND) * around.min() - peak, (1.0 + BEND) * around.max() + peak
@@ -76,3 +85,9 @@ def check_radii(
             what = f"radius of bend line {row.get('bend')} in mm"
             words = f"{1.0 / around.max():.1f} to {1.0 / around.min():.1f}"
             findings.add(flat.mark, what, words, 1.0 / own, name)
+
+
+def _drawn_side(rails: tuple[Array, Array]) -> float:
+    """+1 if a drawing shows the side of the strip's normals between its rails laid flat, (n, 2)."""
+    (ax, ay), (bx, by) = rails[0][-1] - rails[0][0], rails[1][0] - rails[0][0]
+    return float(np.sign(ax * by - ay * bx))

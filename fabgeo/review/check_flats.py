@@ -21,6 +21,7 @@ import numpy as np
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.review.check_bends import bend_rows, check_bends, check_radii
+from fabgeo.review.check_drawing import check_layers, check_strokes, label_of, strokes_of
 from fabgeo.review.check_work import each
 from fabgeo.review.dxf_text import Curve, Drawing, read_drawing
 from fabgeo.review.findings import Findings
@@ -80,12 +81,9 @@ def _drawing(package: WrittenPackage, part: _Drawn, measured: Measured, findings
     except InputError as error:
         findings.add(mark, "DXF file", "readable", error.problem, name)
         return
-    if drawing.unit not in (4, None):
-        findings.add(mark, "$INSUNITS", 4, drawing.unit, name)
-    texts = [text for layer, text, _, _ in drawing.texts if layer == package.layer("INFO")]
-    if texts != [mark]:
-        findings.add(mark, "mark in its drawing", mark, ", ".join(texts) or "none", name)
+    check_layers(package, drawing, mark, findings, name)
     flat = flat_file(package, mark, drawing, findings, name)
+    _mark(package, mark, drawing, flat, findings, name)
     if flat is None:
         return
     measured.flats[mark] = flat
@@ -94,6 +92,29 @@ def _drawing(package: WrittenPackage, part: _Drawn, measured: Measured, findings
     check_bends(flat, bends, findings, name)
     if part.plate is not None:
         _against_solid(package, flat, part, part.plate, bends, measured, findings, name)
+
+
+def _mark(
+    package: WrittenPackage,
+    mark: str,
+    drawing: Drawing,
+    flat: FlatFile | None,
+    findings: Findings,
+    name: str,
+) -> None:
+    """One mark, as text and engraved, inside the outline."""
+    import shapely
+
+    texts = [(t, (x, y)) for layer, t, x, y in drawing.texts if layer == package.layer("INFO")]
+    if [text for text, _ in texts] != [mark]:
+        found = ", ".join(text for text, _ in texts) or "none"
+        findings.add(mark, "mark in its drawing", mark, found, name)
+    if flat is None:
+        return
+    polygon = shapely.Polygon(flat.outline)
+    if any(not polygon.contains(shapely.Point(at)) for _, at in texts):
+        findings.add(mark, "mark in its drawing", "inside the outline", "outside", name)
+    check_strokes(strokes_of(package, drawing), mark, polygon, findings, name)
 
 
 def flat_file(
@@ -122,10 +143,15 @@ def flat_file(
             findings.add(mark, "hole", "inside the outline", f"({x:.1f}, {y:.1f})", name)
         if width <= 0.0:
             findings.add(mark, "hole width", "positive", width, name)
-    lines = [ends for layer, *ends in drawing.lines if layer == package.layer("RULINGS")]
-    bends = np.array(lines, dtype=float).reshape(-1, 2, 2)
     net = outers[0].area - sum(opening.area for opening in openings)
-    return FlatFile(mark, points, holes, rims, bends, net)
+    label = label_of(strokes_of(package, drawing))
+    return FlatFile(mark, points, holes, rims, bend_lines(package, drawing), net, label)
+
+
+def bend_lines(package: WrittenPackage, drawing: Drawing) -> Array:
+    """Ends (b, 2, 2) of a drawing's bend lines."""
+    lines = [ends for layer, *ends in drawing.lines if layer == package.layer("RULINGS")]
+    return np.array(lines, dtype=float).reshape(-1, 2, 2)
 
 
 def hole_curves(package: WrittenPackage, drawing: Drawing) -> list[Curve]:

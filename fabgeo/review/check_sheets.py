@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -12,19 +11,20 @@ import shapely
 
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
-from fabgeo.review.check_flats import hole_curves, hole_rims, hole_rows
+from fabgeo.review.check_drawing import check_layers, check_strokes, label_of, strokes_of
+from fabgeo.review.check_flats import bend_lines, hole_curves, hole_rims, hole_rows
 from fabgeo.review.check_work import each
 from fabgeo.review.dxf_text import Drawing, read_drawing
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import FlatFile, Measured, SheetFile
 from fabgeo.review.package import WrittenPackage, number
+from fabgeo.review.sheet_copy import check_bends, check_copy, check_holes, check_turn
 from fabgeo.review.solid_plate import shape_area
 
 SLACK = 0.03  # mm: what a distance may fall short (arcs are measured by chords)
-HOLE = 0.05  # mm: a hole on a sheet against the part's own file
+SIZE = 0.01  # mm: a sheet's sides
 CUT = 1e-4  # relative: length of all contours
 MASS = 2e-3  # relative: solids of bent plates weigh a little else than flat ones
-COPY = 0.06  # mm: an outline on a sheet against the part's own file
 
 
 def check_sheets(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -83,13 +83,19 @@ def _sheet(
     except InputError as error:
         findings.add(name, "DXF file", "readable", error.problem)
         return
+    check_layers(package, drawing, name, findings, name)
     stock = [c for c in drawing.curves if c.layer == package.layer("SHEET")]
     if len(stock) != 1:
         findings.add(name, "rectangles of the stock", 1, len(stock))
         return
     marks, polygons, used = [], [], 0.0
     rims = hole_rims(hole_curves(package, drawing))
-    holes = hole_rows(rims)
+    holes, bends, strokes = (
+        hole_rows(rims),
+        bend_lines(package, drawing),
+        strokes_of(package, drawing),
+    )
+    begins = np.array([stroke[0] for stroke in strokes]).reshape(-1, 2)
     for mark, points in _named_outlines(package, drawing, name, findings):
         marks.append(mark)
         polygons.append(shapely.Polygon(points))
@@ -100,14 +106,24 @@ def _sheet(
             used += shape_area(points)
             continue
         used += flat.area
-        motions = _copy(mark, points, flat, findings, name)
-        _holes(holes, mark, polygons[-1], flat, motions, findings, name)
+        motions = check_copy(mark, points, flat, findings, name)
+        check_holes(holes, mark, polygons[-1], flat, motions, findings, name)
+        check_bends(bends, mark, polygons[-1], flat, motions, findings, name)
+        inside = shapely.contains_xy(polygons[-1], begins[:, 0], begins[:, 1])
+        own = [stroke for stroke, within in zip(strokes, inside, strict=True) if within]
+        check_strokes(own, mark, polygons[-1], findings, name)
+        row = package.cut_rows.get(mark, {})
+        check_turn(row, mark, label_of(own), flat, motions, findings, name)
     outline = stock[0].points()
     _apart(package, marks, polygons, outline, findings, name)
+    _title(package, drawing, outline, path.parent.name, findings, name)
     cut = sum(shapely.LinearRing(rim).length for rim in rims)
     cut += sum(polygon.length for polygon in polygons)
     pierces = len(rims) + len(polygons)
-    measured.sheets[name] = SheetFile(tuple(marks), used, shape_area(outline), cut, pierces)
+    length, width = np.ptp(outline, axis=0).tolist()
+    if abs(shape_area(outline) - length * width) > SIZE * (length + width):
+        findings.add(name, "the stock's outline", "a rectangle", "another shape")
+    measured.sheets[name] = SheetFile(tuple(marks), used, (length, width), cut, pierces)
 
 
 def _named_outlines(
@@ -137,84 +153,22 @@ def _named_outlines(
     return found
 
 
-def _copy(mark: str, points: Array, flat: FlatFile, findings: Findings, name: str) -> list[Motion]:
-    """The outline on the sheet is the part's own, moved and turned but not mirrored.
-
-    Returns all motions that it may have gone: a rectangle may have been turned by 180 degrees.
-    """
-    if len(points) == len(flat.outline):
-        motions = moves(flat.outline, points)
-        away = min(motion.away for motion in motions)
-        if away > COPY:
-            words = f"the part's own within {COPY} mm"
-            findings.add(mark, "outline on its sheet", words, f"{away:.3f} mm off", name)
-        return [motion for motion in motions if motion.away <= COPY]
-    own = flat.outline
-    area, there = shape_area(own), shape_area(points)
-    findings.near(mark, "area on its sheet in mm2", area, there, 1e-5 * area, name)
-    length, there = shapely.LinearRing(own).length, shapely.LinearRing(points).length
-    findings.near(mark, "length of its outline on the sheet", length, there, 1e-5 * length, name)
-    return []
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A turn and a move in the plane, as complex numbers, and what it leaves between outlines."""
-
-    turn: complex
-    move: complex
-    away: float
-
-    def __call__(self, points: Array) -> Array:
-        """Points (k, 2) moved."""
-        z = (points[:, 0] + 1j * points[:, 1]) * self.turn + self.move
-        return np.stack([z.real, z.imag], axis=1)
-
-
-def moves(source: Array, target: Array) -> list[Motion]:
-    """The best turns and moves, over all starting points of the outline."""
-    z, w = source[:, 0] + 1j * source[:, 1], target[:, 0] + 1j * target[:, 1]
-    middle, there = z.mean(), w.mean()
-    z, w = z - middle, w - there
-    # One transform gives all cyclic shifts: |sum conj(z) w| is largest for the best of them.
-    scores = np.abs(np.fft.ifft(np.conj(np.fft.fft(z)) * np.fft.fft(w)))
-    found = []
-    for shift in np.argsort(-scores)[:4]:  # of a square all are alike
-        moved = np.roll(w, -int(shift))
-        turn = np.vdot(z, moved)
-        turn = complex(turn / abs(turn)) if abs(turn) > 0.0 else 1.0 + 0.0j
-        away = float(np.abs(z * turn - moved).max())
-        found.append(Motion(turn, complex(there - middle * turn), away))
-    return found
-
-
-def _holes(
-    rows: Array,
-    mark: str,
-    polygon: shapely.Polygon,
-    flat: FlatFile,
-    motions: list[Motion],
+def _title(
+    package: WrittenPackage,
+    drawing: Drawing,
+    stock: Array,
+    group: str,
     findings: Findings,
     name: str,
 ) -> None:
-    """As many holes as in the part's own file, as large, and moved with its outline."""
-    inside = rows[shapely.contains_xy(polygon, rows[:, 0], rows[:, 1])]
-    if len(inside) != len(flat.holes):
-        findings.add(mark, "holes on its sheet", len(flat.holes), len(inside), name)
-        return
-    if not len(inside):
-        return
-    own, there = np.sort(flat.holes[:, 2:], axis=0), np.sort(inside[:, 2:], axis=0)
-    if np.abs(own - there).max() > HOLE:
-        findings.add(mark, "hole sizes on its sheet", own.max(), there.max(), name)
-    off = []
-    for motion in motions:
-        moved = motion(flat.holes[:, :2])
-        away = np.linalg.norm(moved[:, None] - inside[None, :, :2], axis=-1)
-        off.append(max(float(away.min(axis=1).max()), float(away.min(axis=0).max())))
-    if off and min(off) > HOLE:
-        words = "where the part's own are"
-        findings.add(mark, "holes on its sheet", words, f"{min(off):.3f} mm off", name)
+    """The text beside the stock tells the material and thickness that the folder stands for."""
+    material, _, thickness = group.rpartition("_")
+    words = f"{material} {thickness.removesuffix('mm')} mm"
+    (x0, y0), (x1, y1) = stock.min(axis=0), stock.max(axis=0)
+    for layer, text, x, y in drawing.texts:
+        beside = not (x0 <= x <= x1 and y0 <= y <= y1)
+        if layer == package.layer("INFO") and beside and words not in text:
+            findings.add(name, "title", words, text)
 
 
 def _apart(
@@ -277,10 +231,10 @@ def _row(package: WrittenPackage, name: str, sheet: SheetFile, findings: Finding
         if pierces is not None:
             findings.near(name, "pierces in sheets.csv", sheet.pierces, pierces, 0.0)
         _weights(package, row, name, sheet, findings)
-        size = [number(row, "length_mm"), number(row, "width_mm")]
-        if size[0] is not None and size[1] is not None:
-            area = size[0] * size[1]
-            findings.near(name, "area of the stock in mm2", sheet.whole, area, 1e-6 * area)
+        for key, found in zip(("length_mm", "width_mm"), sheet.size, strict=True):
+            stated = number(row, key)
+            if stated is not None:
+                findings.near(name, f"{key} of its stock in sheets.csv", found, stated, SIZE)
 
 
 def _weights(

@@ -22,6 +22,15 @@ from fabgeo.review.step_faces import turned_faces
 if TYPE_CHECKING:
     from fabgeo.cad.readback import ReadPart
 
+LOOSE = 5e-3  # mm: sound packages have up to 3.5e-4, at ends off their planes
+FAMILIES = {
+    "P-": ("panels", "layers"),
+    "C-": ("cells",),
+    "W-": ("walls",),
+    "B-": ("beams",),
+    "K-": ("connectors",),
+}
+
 
 def check_solids(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
     """Read the model back; fill `measured` with volumes, centres and plates."""
@@ -67,12 +76,18 @@ def _measure_share(
         file = Path(folder) / "facade.step"
         file.write_bytes(text)
         parts = read_package_step(file)
+    pieces: Counter[tuple[str, ...]] = Counter()
     for part in parts:
         k = _fixing(part)
         if k is None:
             measured.names[part.name] = measured.names.get(part.name, 0) + 1
+            _in_family(part.name, part.path[:-1], findings)
         else:  # a connector holds its product, which is placed in it
             measured.fixings[part.path[: k + 1]] = part.frames[: k + 2][-1]
+            pieces[part.path] += 1
+    for path in measured.fixings:
+        _in_family(path[-1], path[:-1], findings)
+    _placed_once(pieces, findings)
     measured.parts = len(parts)
     for part in _products(parts):
         _measure(part, part.name in cut, measured, findings)
@@ -83,6 +98,24 @@ def _measure_share(
         return
     for name, count in turned.items():
         findings.add(name, "faces of its solid turned inside out", 0, count)
+
+
+def _in_family(name: str, above: tuple[str, ...], findings: Findings) -> None:
+    """Every mark below the assembly of its family, that below the project's (handover.md)."""
+    families = FAMILIES.get(name[:2])
+    if families and (len(above) < 2 or above[1] not in families):
+        findings.add(name, "assembly in the model", " or ".join(families), " / ".join(above[1:]))
+
+
+def _placed_once(pieces: Counter[tuple[str, ...]], findings: Findings) -> None:
+    """A connector of which every piece is there twice was placed twice."""
+    least: dict[str, int] = {}
+    for path, count in pieces.items():
+        mark = next(name for name in path if name.startswith("K-"))
+        least[mark] = min(least.get(mark, count), count)
+    for mark, count in least.items():
+        if count > 1:
+            findings.add(mark, "times in the model", 1, count)
 
 
 def _products(parts: list[ReadPart]) -> Iterator[ReadPart]:
@@ -125,6 +158,9 @@ def _sound(part: ReadPart, measured: Measured, findings: Findings) -> bool:
         findings.add(part.name, "solids in the model", 1, solids)
     if not measure.is_valid(part.shape):
         findings.add(part.name, "solid in the model", "valid", "not valid")
+    loose = measure.max_tolerance(part.shape)
+    if loose > LOOSE:  # a reader makes what does not fit valid by wide tolerances
+        findings.add(part.name, "edges off their faces in mm", f"at most {LOOSE}", loose)
     if not measure.is_closed(part.shape):
         findings.add(part.name, "solid in the model", "closed", "open or turned faces")
     if _fixing(part) is not None:  # threads take long to integrate, and no row states them
@@ -148,5 +184,4 @@ def _names(package: WrittenPackage, measured: Measured, findings: Findings) -> N
             findings.add(mark, "solids of this name in the model", 1, count)
     known = expected | {row.get("mark", "") for row in tables["beams"]}
     for name in sorted(set(measured.names) - known):
-        if not name.startswith(("C-", "W-")):
-            findings.add(name, "row in the schedules", "present", "missing")
+        findings.add(name, "row in the schedules", "present", "missing")

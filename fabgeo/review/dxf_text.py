@@ -46,11 +46,15 @@ class Entity:
 
 @dataclass
 class Curve:
-    """A polyline of lines and arcs: vertices (k, 3) of x, y and bulge; closed or not."""
+    """A polyline of lines and arcs: vertices (k, 3) of x, y and bulge; closed or not.
+
+    `joined`: from splines and lines that meet end to end.
+    """
 
     layer: str
     vertices: Array
     closed: bool
+    joined: bool = False
 
     def points(self, sagitta: float = ARC_SAGITTA) -> Array:
         """Points (n, 2) of the curve, arcs by chords of at most this sagitta."""
@@ -79,14 +83,17 @@ class Curve:
 
 @dataclass
 class Drawing:
-    """What a file holds, by meaning: curves (a circle is two arcs), lines, texts."""
+    """What a file holds, by meaning: curves (a circle is two arcs), lines, texts.
+
+    `others` are kind and layer of what has none.
+    """
 
     name: str
     unit: int | None = None
     curves: list[Curve] = field(default_factory=list)
     lines: list[tuple[str, float, float, float, float]] = field(default_factory=list)
     texts: list[tuple[str, str, float, float]] = field(default_factory=list)
-    others: list[str] = field(default_factory=list)
+    others: list[tuple[str, str]] = field(default_factory=list)
 
 
 def read_drawing(path: Path) -> Drawing:
@@ -138,6 +145,8 @@ def _collect(entities: list[Entity], drawing: Drawing) -> None:
     pending: tuple[Entity, list[tuple[float, float, float]]] | None = None
     loose: dict[str, list[Array]] = {}
     for e in entities:
+        if e.number(230, 1.0) != 1.0:  # an extrusion: seen from below, or out of the plane
+            drawing.others.append((f"{e.kind} with an extrusion", e.layer))
         if e.kind == "LWPOLYLINE":
             drawing.curves.append(Curve(e.layer, _vertices(e), int(e.number(70)) % 2 == 1))
         elif e.kind == "POLYLINE":
@@ -162,7 +171,7 @@ def _collect(entities: list[Entity], drawing: Drawing) -> None:
         elif e.kind == "TEXT":
             drawing.texts.append((e.layer, e.text(), e.number(10), e.number(20)))
         else:
-            drawing.others.append(e.kind)
+            drawing.others.append((e.kind, e.layer))
     if any(e.kind == "SPLINE" for e in entities):
         for layer in sorted({e.layer for e in entities if e.kind == "SPLINE"}):
             drawing.curves += _loops(layer, loose[layer])
@@ -211,7 +220,7 @@ def _loops(layer: str, pieces: list[Array], reach: float = 1e-3) -> list[Curve]:
                     break
         closed = bool(np.linalg.norm(chain[0] - chain[-1]) <= reach)
         rows = chain[:-1] if closed else chain
-        found.append(Curve(layer, np.column_stack([rows, np.zeros(len(rows))]), closed))
+        found.append(Curve(layer, np.column_stack([rows, np.zeros(len(rows))]), closed, True))
     return found
 
 

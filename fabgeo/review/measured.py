@@ -25,6 +25,8 @@ class FlatFile:
         Ends of the bend lines.
     area : float
         Net, in mm2.
+    label : (2,) array
+        Middle of the engraved mark; nan without one.
     """
 
     mark: str
@@ -33,20 +35,26 @@ class FlatFile:
     rims: tuple[Array, ...]
     bends: Array
     area: float
+    label: Array
 
 
 @dataclass(frozen=True)
 class SheetFile:
-    """One nested sheet in numbers: marks on it, net area of its parts, area of its stock, mm2.
+    """One nested sheet in numbers: marks on it, net area of its parts in mm2, its stock's sides.
 
     `cut` is the length of all its contours in mm, `pierces` their number.
     """
 
     marks: tuple[str, ...]
     used: float
-    whole: float
+    size: tuple[float, float]
     cut: float
     pierces: int
+
+    @property
+    def whole(self) -> float:
+        """Area of its stock in mm2."""
+        return self.size[0] * self.size[1]
 
 
 @dataclass

@@ -17,6 +17,15 @@ def rail_normals(a: Array, b: Array) -> tuple[Array, Array]:
     return first, second
 
 
+def bending_sides(a: Array, b: Array) -> Array:
+    """For every ruling (n,) +1 where the strip bends towards the side of its `rail_normals`."""
+    from scipy.interpolate import CubicSpline
+
+    sites = np.arange(len(a), dtype=float)
+    second = CubicSpline(sites, a + b)(sites, 2)
+    return np.sign(np.sum(second * np.add(*rail_normals(a, b)), axis=1))
+
+
 def ruling_radii(rails: tuple[Array, Array]) -> Array:
     """Bending radii (2, n) at both ends of every ruling: turn of the normal over the width.
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fabgeo.arrays import Array
-from fabgeo.review.check_sheets import moves
 from fabgeo.review.flat_match import Match, match
 from fabgeo.review.rails import ruling_radii
+from fabgeo.review.sheet_copy import moves
 from fabgeo.review.solid_plate import SAMPLES, SolidPlate
 
 T = np.linspace(0.0, 1.0, SAMPLES)
