@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -174,6 +175,7 @@ def tradeoff(
 
 def main() -> NoReturn:
     """Run the command; errors of fabgeo become one line and an exit code."""
+    stopped = _stoppable()
     try:
         app(standalone_mode=True)
     except FabgeoError as error:
@@ -185,6 +187,9 @@ def main() -> NoReturn:
             typer.echo("fabgeo: interrupted; what was finished is kept", err=True)
         raise
     except Exception as error:
+        if stopped:  # what was interrupted, a library while it loads, made of it
+            typer.echo("fabgeo: interrupted; what was finished is kept", err=True)
+            sys.exit(INTERRUPTED)
         if os.environ.get("FABGEO_DEBUG"):
             raise
         typer.secho(
@@ -195,6 +200,19 @@ def main() -> NoReturn:
         )
         sys.exit(INTERNAL)
     sys.exit(OK)
+
+
+def _stoppable() -> list[int]:
+    """Let SIGTERM end the command as Ctrl-C does; the signals that came."""
+    came: list[int] = []
+
+    def interrupt(number: int, _: object) -> NoReturn:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)
+    return came
 
 
 @contextmanager

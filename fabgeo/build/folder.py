@@ -22,12 +22,15 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from fabgeo.build.plainfiles import refuse_strange, remove
 from fabgeo.errors import FabgeoError, GeometryError, InputError
 from fabgeo.review.manifest import sha256_of
 
 MANIFEST = "manifest.json"
 LEDGER = "files.json"
 WORK = ".fabgeo"  # the lock and what a later build can use again
+OWN = ("lock", LEDGER, f".{LEDGER}.part")
+LATEST = 253_402_300_799
 LONG = 60.0  # seconds of this process from which a failed build's work is kept
 FULL = {
     errno.ENOSPC: "the disk is full",
@@ -73,6 +76,10 @@ class Folder:
         self._taken.pop(name, None)
         path = self._staged.joinpath(*pure.parts)
         path.parent.mkdir(parents=True, exist_ok=True)
+        if (
+            path.is_file()
+        ):  # perhaps the package's own, taken over by a link: not to be written into
+            path.unlink()
         return path
 
     def text(self, name: str, content: str) -> None:
@@ -131,15 +138,11 @@ class Folder:
         Raises
         ------
         InputError
-            If a link stands where a file or folder of the package belongs.
+            If a link stands where a file or folder of the package belongs, or one for the other.
         """
-        old = _files_of(self.path / MANIFEST)
         names = sorted(p.relative_to(self.staged).as_posix() for p in _files_in(self.staged))
-        for name in names:
-            target = self.path / name
-            link = next((p for p in (target, *target.parents) if p.is_symlink()), None)
-            if link is not None and link != self.path and self.path in link.parents:
-                raise InputError(str(link), "is a link", "remove it: a package holds files only")
+        refuse_strange(self.path, [*names, MANIFEST])
+        old = _files_of(self.path / MANIFEST)
         self._write_ledger()
         (self.path / MANIFEST).unlink(missing_ok=True)
         for name in [n for n in names if n != MANIFEST]:
@@ -147,7 +150,7 @@ class Folder:
             target.parent.mkdir(parents=True, exist_ok=True)
             os.replace(self.staged / name, target)
         for name in sorted(set(old) - set(names)):
-            self._remove(name)
+            remove(self.path, name)
         os.replace(self.staged / MANIFEST, self.path / MANIFEST)
 
     def _write_ledger(self) -> None:
@@ -157,17 +160,6 @@ class Folder:
         beside = self.work / f".{LEDGER}.part"
         beside.write_text(json.dumps(ledger), encoding="utf-8")
         os.replace(beside, self.work / LEDGER)
-
-    def _remove(self, name: str) -> None:
-        pure = PurePosixPath(name)
-        if pure.is_absolute() or ".." in pure.parts:
-            return
-        path = self.path.joinpath(*pure.parts)
-        path.unlink(missing_ok=True)
-        for parent in path.relative_to(self.path).parents:
-            folder = self.path / parent
-            if folder != self.path and folder.is_dir() and not any(folder.iterdir()):
-                folder.rmdir()
 
 
 @contextmanager
@@ -187,13 +179,19 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
     work that took long would be lost: then its hidden folder stays for the next build.
     """
     path, begin = Path(path), time.process_time()
-    made = not path.exists()
+    _refuse_epoch(os.environ.get("SOURCE_DATE_EPOCH", ""))
     try:
-        (path / WORK).mkdir(parents=True, exist_ok=True)
-        lock = open(path / WORK / "lock", "w")  # noqa: SIM115 (held open for the whole build)
-    except OSError as error:
+        made = not path.exists()
+        path.mkdir(parents=True, exist_ok=True)
+        refuse_strange(path, [MANIFEST, *(f"{WORK}/{own}" for own in OWN)])
+        for own in ("", "cache", "staged"):
+            refuse_strange(path, [f"{WORK}/{own}/any"])
+        (path / WORK).mkdir(exist_ok=True)
+        lock = open(path / WORK / "lock", "a")  # noqa: SIM115 (held open for the whole build)
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
         raise InputError(
-            str(path), f"cannot be used as output folder: {error.strerror}", "choose another --out"
+            str(path), f"cannot be used as output folder: {why}", "choose another --out"
         ) from None
     with lock:
         try:
@@ -219,6 +217,13 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
             raise FabgeoError(str(path), problem, cure) from error
         finally:
             shutil.rmtree(folder._staged, ignore_errors=True)
+
+
+def _refuse_epoch(stated: str) -> None:
+    """Before hours of work: files tell this moment instead of their own."""
+    if stated and not (stated.isascii() and stated.isdecimal() and int(stated) <= LATEST):
+        found = f"expected whole seconds from 1970 to the year 9999, found {stated[:40]!r}"
+        raise InputError("SOURCE_DATE_EPOCH", found, "set such a number, or unset it")
 
 
 def _files_in(folder: Path) -> Iterator[Path]:

@@ -26,6 +26,7 @@ from joblib import Parallel, delayed
 
 from fabgeo.build.cache import Cache
 from fabgeo.build.plain import pack
+from fabgeo.cad.isolated import end_with_parent
 
 BATCH = 8  # parts that are sent to a worker together
 AHEAD = 3  # batches a worker that wait or are worked on: none stands still while this one reads
@@ -154,6 +155,7 @@ def _run[P, R](
 
 def _done[P, R](function: Callable[[P], R], part: bytes, kept: bool) -> tuple[bytes, bytes]:
     """Bytes of a part's result, and what the cache keeps of it."""
+    end_with_parent()
     result = function(pickle.loads(part))
     return pickle.dumps(result), pack(result) if kept else b""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
 from multiprocessing import current_process
@@ -25,6 +26,7 @@ CURE = "open it in the program that it came from, repair it there and export it 
 
 _lock = threading.Lock()
 _kept: list[Any] = []  # the process, if one is running
+_watched: list[int] = []  # in a worker: the process that it works for
 
 
 def read_isolated[**P, R](path: Path, read: Callable[P, R], *args: P.args, **named: P.kwargs) -> R:
@@ -77,8 +79,23 @@ def of_kernel(error: BaseException) -> bool:
 
 def _silently[**P, R](read: Callable[P, R], *args: P.args, **named: P.kwargs) -> R:
     """In the other process: what is wrong is told by an error, and nothing else is printed."""
+    end_with_parent()
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
     os.close(nowhere)
     return read(*args, **named)
+
+
+def end_with_parent() -> None:
+    """In a worker: end when the process that it works for does, killed perhaps, without a word."""
+    if current_process().name == "MainProcess" or _watched:
+        return
+    _watched.append(os.getppid())
+    threading.Thread(target=_watch, daemon=True).start()
+
+
+def _watch() -> None:
+    while os.getppid() == _watched[0]:
+        time.sleep(1.0)
+    os._exit(1)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
+from fabgeo.cad.isolated import end_with_parent
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 
@@ -58,6 +59,7 @@ def noted[P](
     measure: Callable[[P, Measured, Findings], None], part: P
 ) -> tuple[Measured, Findings]:
     """What is measured of one part, and what is found."""
+    end_with_parent()
     measured, findings = Measured(), Findings()
     measure(part, measured, findings)
     return measured, findings

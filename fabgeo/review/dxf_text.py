@@ -104,6 +104,8 @@ def read_drawing(path: Path) -> Drawing:
     InputError
         If the file is no DXF text.
     """
+    if not path.is_file():  # a pipe would never end
+        raise InputError(str(path), "is no file")
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
         groups = list(_groups(lines))

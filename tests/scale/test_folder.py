@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -126,6 +127,87 @@ def test_links_in_the_folder_are_not_followed(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is a link"):
         write(tmp_path / "out", **{"cut/a": "x"})
     assert not list((tmp_path / "elsewhere").iterdir())
+
+
+@pytest.mark.parametrize(
+    "link",
+    [".fabgeo", ".fabgeo/lock", ".fabgeo/staged", ".fabgeo/.files.json.part", "manifest.json"],
+)
+def test_nothing_is_written_or_removed_through_a_link(tmp_path: Path, link: str) -> None:
+    other = tmp_path / "elsewhere"
+    (other / "staged").mkdir(parents=True)
+    theirs = [other / "staged" / "mine.txt", other / "lock", other / "mine.txt"]
+    for file in theirs:
+        file.write_text("keep")
+    at = tmp_path / "out" / link
+    at.parent.mkdir(parents=True)
+    at.symlink_to(other if link in (".fabgeo", ".fabgeo/staged") else other / "mine.txt")
+    with pytest.raises(InputError, match="is a link"):
+        write(tmp_path / "out", a="x")
+    assert all(file.read_text() == "keep" for file in theirs)
+    assert sorted(p.name for p in other.iterdir()) == ["lock", "mine.txt", "staged"]
+
+
+@pytest.mark.parametrize(
+    "name", ["cut/mine.txt", "folder", "", "a\0b", "x" * 500, "a.txt/b", "\ud800"]
+)
+def test_a_manifest_removes_files_of_the_folder_alone(tmp_path: Path, name: str) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere/mine.txt").write_text("keep")
+    write(tmp_path / "out", a="1")
+    (tmp_path / "out/folder").mkdir()
+    (tmp_path / "out/cut").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "out/manifest.json").write_text(json.dumps({"files": [name]}))
+    write(tmp_path / "out", a="2")
+    assert (tmp_path / "elsewhere/mine.txt").read_text() == "keep"
+    assert (tmp_path / "out/folder").is_dir()
+    assert (tmp_path / "out/a.txt").read_text() == "2"
+
+
+@pytest.mark.parametrize("place", ["a.txt/mine", "manifest.json/mine", ".fabgeo/files.json/mine"])
+def test_a_folder_where_a_file_belongs_is_told_before_anything_moves(
+    tmp_path: Path, place: str
+) -> None:
+    write(tmp_path / "out", b="old")
+    theirs = tmp_path / "out" / place
+    theirs.parent.unlink(missing_ok=True)
+    theirs.parent.mkdir()
+    theirs.write_text("keep")
+    with pytest.raises(InputError, match="is no file"):
+        write(tmp_path / "out", a="new")
+    assert theirs.read_text() == "keep"
+    assert (tmp_path / "out/b.txt").read_text() == "old"
+
+
+def test_a_pipe_in_the_folder_holds_nothing_up(tmp_path: Path) -> None:
+    (tmp_path / "out/.fabgeo").mkdir(parents=True)
+    os.mkfifo(tmp_path / "out/.fabgeo/files.json")
+    with pytest.raises(InputError, match="is no file"):
+        write(tmp_path / "out", a="1")
+
+
+def test_a_file_taken_over_is_not_written_into(tmp_path: Path) -> None:
+    """It is a link to the package's own, which an interrupt must leave as it was."""
+    out = tmp_path / "out"
+    with open_folder(out) as folder:
+        folder.again("a.txt", "key")
+        folder.text("a.txt", "old")
+        folder.json("manifest.json", {"files": {"a.txt": sha256_of(folder.staged / "a.txt")}})
+        folder.finish()
+    with open_folder(out) as folder:
+        assert folder.again("a.txt", "key")
+        folder.text("a.txt", "new")  # and no more
+    assert (out / "a.txt").read_text() == "old"
+
+
+@pytest.mark.parametrize("stated", ["abc", "-1", "1.5", "99999999999999"])
+def test_a_moment_that_is_none_is_told_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stated: str
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", stated)
+    with pytest.raises(InputError, match="SOURCE_DATE_EPOCH"):
+        write(tmp_path / "out", a="1")
+    assert not (tmp_path / "out").exists()
 
 
 def test_long_work_is_kept_where_a_build_fails(
