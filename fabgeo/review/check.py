@@ -10,11 +10,16 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from fabgeo.review.check_beams import check_beams
+from fabgeo.review.check_bill import check_bill
+from fabgeo.review.check_columns import check_columns
 from fabgeo.review.check_files import check_files
 from fabgeo.review.check_flats import check_flats
+from fabgeo.review.check_marks import check_marks
 from fabgeo.review.check_model import check_model
 from fabgeo.review.check_neighbours import check_neighbours
 from fabgeo.review.check_rows import check_rows
+from fabgeo.review.check_setout import check_setout
 from fabgeo.review.check_sheets import check_sheets
 from fabgeo.review.check_site import check_site
 from fabgeo.review.check_solids import check_solids
@@ -30,9 +35,14 @@ STEPS = (
     check_flats,
     check_sheets,
     check_rows,
+    check_beams,
     check_neighbours,
     check_site,
+    check_setout,
+    check_marks,
     check_tables,
+    check_columns,
+    check_bill,
     check_model,
     check_summary,
 )
@@ -79,6 +89,8 @@ def check_package(
         "solids": sum(measured.names.values()),
         "flat parts": len(measured.flats),
         "sheets": len(package.sheet_files),
-        "files": len(package.manifest.get("files") or ()),
+        "files": len(files)
+        if isinstance(files := package.manifest.get("files"), dict | list)
+        else 0,
     }
     return CheckReport(tuple(findings.items), dict(measured.figures), seconds, counts)

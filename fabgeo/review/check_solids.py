@@ -84,6 +84,7 @@ def _measure_share(
             _in_family(part.name, part.path[:-1], findings)
         else:  # a connector holds its product, which is placed in it
             measured.fixings[part.path[: k + 1]] = part.frames[: k + 2][-1]
+            measured.products[part.path[k]] = part.path[k + 1 :][:1]
             pieces[part.path] += 1
     for path in measured.fixings:
         _in_family(path[-1], path[:-1], findings)
@@ -182,6 +183,11 @@ def _names(package: WrittenPackage, measured: Measured, findings: Findings) -> N
         count = measured.names.get(mark, 0)
         if count != 1:
             findings.add(mark, "solids of this name in the model", 1, count)
+    for row in tables["connectors"]:
+        mark, stated = row.get("mark", ""), row.get("product", "")
+        for found in measured.products.get(mark, ()):
+            if found != stated:
+                findings.add(mark, "product in connectors.csv", found, stated)
     known = expected | {row.get("mark", "") for row in tables["beams"]}
     for name in sorted(set(measured.names) - known):
         findings.add(name, "row in the schedules", "present", "missing")

@@ -72,6 +72,8 @@ class Measured:
     """Solids that are not one valid, closed solid turned outwards."""
     fixings: dict[tuple[str, ...], Array] = field(default_factory=dict)
     """Placement (4, 4) of every connector in the model, by the names from the root down to it."""
+    products: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Name of the product that is placed in a connector, if it has one of its own."""
     flats: dict[str, FlatFile] = field(default_factory=dict)
     edge_errors: dict[str, Array] = field(default_factory=dict)
     """Flat length less the solid's of every edge, in the order of the plate's edges, mm."""
@@ -81,7 +83,16 @@ class Measured:
 
     def take(self, other: Measured) -> None:
         """Take in what was measured of other parts."""
-        for name in ("plates", "volumes", "centres", "fixings", "flats", "edge_errors", "sheets"):
+        for name in (
+            "plates",
+            "volumes",
+            "centres",
+            "fixings",
+            "products",
+            "flats",
+            "edge_errors",
+            "sheets",
+        ):
             getattr(self, name).update(getattr(other, name))
         self.parts += other.parts
         for name, count in other.names.items():
