@@ -1,8 +1,10 @@
-"""Shape checks on entry and freezing of arrays: the one helper every noun uses."""
+"""Checks on entry, of arrays, numbers, paths and texts, and freezing of arrays."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,10 +44,7 @@ def checked(
     InputError
         If the value is not numeric, has another shape or holds a value that is not finite.
     """
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(name, f"expected numbers of shape {_words(shape)}: {error}") from error
+    array = as_numbers(name, value, f" of shape {_words(shape)}")
     sizes = {} if sizes is None else sizes
     if array.ndim != len(shape):
         raise InputError(name, f"expected shape {_words(shape)}, found {array.shape}")
@@ -57,6 +56,16 @@ def checked(
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError(name, f"holds a value that is not finite at index {at}", "remove it")
     return array
+
+
+def as_numbers(name: str, value: npt.ArrayLike, what: str = "") -> Array:
+    """Return `value` as a float64 array, whatever its shape; raise InputError if it is none."""
+    try:
+        if np.iscomplexobj(value):
+            raise TypeError("found complex ones")
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(name, f"expected numbers{what}: {error}") from error
 
 
 def frozen(
@@ -80,6 +89,99 @@ def set_frozen(
     """Check, copy and freeze the array attribute `name` of a frozen dataclass in place."""
     label = f"{type(noun).__name__}.{name}"
     object.__setattr__(noun, name, frozen(label, getattr(noun, name), shape, sizes))
+
+
+def checked_count(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
+    """Return `value` as a whole number within its bounds; `True` is none.
+
+    Raises
+    ------
+    InputError
+        With what was expected and found.
+    """
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or value < least or (most is not None and value > most):
+        bounds = f"{least:,} or more" if most is None else f"from {least:,} to {most:,}"
+        raise InputError(name, f"expected a whole number {bounds}, found {shown(value)}")
+    return int(value)
+
+
+def checked_number(
+    name: str, value: Any, above: float | None = None, least: float | None = None
+) -> float:
+    """Return `value` as a finite number, more than `above`, and `least` or more.
+
+    Raises
+    ------
+    InputError
+        With what was expected and found.
+    """
+    number = float("nan")
+    if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = float("inf")
+    low = (above is None or number > above) and (least is None or number >= least)
+    if not (np.isfinite(number) and low):
+        words = f" more than {above:g}" if above is not None else ""
+        words += f", {least:g} or more" if least is not None else ""
+        raise InputError(name, f"expected a finite number{words}, found {shown(value)}")
+    return number
+
+
+def checked_path(name: str, value: Any) -> Path:
+    """Return `value` as a path, if it can be one.
+
+    Raises
+    ------
+    InputError
+        If it is neither text nor a path, or holds a null character.
+    """
+    if not isinstance(value, str | os.PathLike) or "\0" in str(value):
+        raise InputError(name, f"expected a path, found {shown(value)}")
+    return Path(value)
+
+
+def read_text(path: Path, cure: str, largest: int) -> str:
+    """The text of a file in UTF-8, with or without the mark of its byte order.
+
+    Parameters
+    ----------
+    cure : str
+        What to do where there is no such file.
+    largest : int
+        Bytes that it may have.
+
+    Raises
+    ------
+    InputError
+        If it is missing, no file (a pipe would be waited for, a device has no end), too large, or
+        in another encoding.
+    """
+    where = str(path)[:200]
+    if not os.path.isfile(path):
+        problem = "is no file" if os.path.lexists(path) else "no such file"
+        raise InputError(where, f"cannot be read: {problem}", cure)
+    if (size := path.stat().st_size) > largest:
+        raise InputError(where, f"has {size:,} bytes, expected {largest:,} at most")
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(where, f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            where, f"cannot be read as UTF-8 text: {error}", "save it as UTF-8"
+        ) from error
+
+
+def shown(value: Any) -> str:
+    """A value for a message, cut where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # an int of more digits than Python writes
+        return "a number of thousands of digits"
+    return text if len(text) <= 200 else f"{text[:199]}\u2026{text[-1]}"
 
 
 def unit(vectors: Array) -> Array:

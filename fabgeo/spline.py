@@ -17,9 +17,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solve_banded
 
-from fabgeo.arrays import Array, IntArray, checked
+from fabgeo.arrays import Array, IntArray, as_numbers, checked, checked_count, checked_number
 from fabgeo.errors import InputError
 
+MOST_SEGMENTS = 1_000_000  # of one curve
 # Rows: powers of the local parameter t; columns: the four control points of a segment.
 _POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0
 
@@ -51,7 +52,7 @@ def basis(u: Array, segments: int, closed: bool, derivative: int = 0) -> tuple[I
     value : (k, 4) array
         With which weight.
     """
-    u = np.asarray(u, dtype=np.float64)
+    u = np.asarray(_numbers("u", u, 0), dtype=np.float64)
     if closed:
         u = np.mod(u, segments)
     span = np.clip(np.floor(u).astype(np.int64), 0, segments - 1)
@@ -80,6 +81,9 @@ def evaluate(control: Array, u: Array, closed: bool = False, derivative: int = 0
     -------
     (..., k, d) array
     """
+    control, u = _curves("evaluate", control, closed), _numbers("u", u, 1)
+    if u.ndim != 1:
+        raise InputError("evaluate", f"expected parameters (k,), found shape {u.shape}")
     index, value = basis(u, segments_of(control.shape[-2], closed), closed, derivative)
     return np.einsum("...kad,ka->...kd", control[..., index, :], value)
 
@@ -90,6 +94,7 @@ def refine(control: Array, closed: bool = False) -> Array:
     An open curve of m + 3 points becomes one of 2 m + 3, a closed one of m points one of 2 m.
     Lane-Riesenfeld subdivision; open curves keep exactly the parts that act on [0, m].
     """
+    control = _curves("refine", control, closed)
     b = np.concatenate([control, control[..., :2, :]], axis=-2) if closed else control
     mid = (b[..., :-1, :] + b[..., 1:, :]) / 2.0
     vertex = (b[..., :-2, :] + 6.0 * b[..., 1:-1, :] + b[..., 2:, :]) / 8.0
@@ -112,8 +117,9 @@ def interpolate(points: Array, closed: bool = False) -> Array:
     Raises
     ------
     InputError
-        If there are too few points.
+        If there are too few points, or one is not finite.
     """
+    points = _numbers("interpolate", points, 2)
     count = points.shape[-2]
     if count < (3 if closed else 4):
         raise InputError("interpolate", f"needs {3 if closed else 4} points or more, found {count}")
@@ -152,18 +158,22 @@ def _interpolate_open(flat: Array) -> Array:
     put(unknowns - 1, unknowns - 5, third)
     for j in range(count):
         put(j + 1, j, np.array([1.0, 4.0, 1.0]) / 6.0)
-    return solve_banded((4, 4), band, right)
+    return solve_banded((4, 4), band, checked("interpolate", right, (None, None)))
 
 
 def greville(knots: Array, degree: int = 3) -> Array:
     """Greville points of a clamped knot vector: as many as control points."""
+    knots = _numbers("greville", knots, 1)
+    checked_count("greville degree", degree, 1, max(len(knots) - 2, 1))
     windows = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
     # Means of equal knots may round past the ends.
     return np.clip(windows.mean(axis=-1), knots[0], knots[-1])
 
 
 def clamped_knots(u0: float, u1: float, segments: int) -> Array:
-    """Clamped cubic knot vector with `segments` equal spans on [u0, u1]."""
+    """Clamped cubic knot vector with `segments` equal spans on [u0, u1], u0 < u1."""
+    _check_interval("clamped_knots", u0, u1)
+    checked_count("clamped_knots segments", segments, 1, MOST_SEGMENTS)
     inner = np.linspace(u0, u1, segments + 1)
     return np.concatenate([[u0] * 3, inner, [u1] * 3])
 
@@ -179,6 +189,7 @@ def to_clamped(control: Array, closed: bool = False) -> tuple[Array, Array]:
         The same curve with its end points as first and last pole (a closed curve: the seam
         repeated).
     """
+    control = _curves("to_clamped", control, closed)
     if closed:
         control = np.concatenate([control, control[..., :3, :]], axis=-2)
     segments = segments_of(control.shape[-2], False)
@@ -205,11 +216,31 @@ def _end_bezier(b: Array, segments: int) -> tuple[Array, Array, Array]:
 
 def checked_control(name: str, control: Array, closed: bool) -> Array:
     """Check an array of control points (..., c, 3): enough points for one segment."""
-    array = checked(name, control, (None,) * (control.ndim - 1) + (3,))
-    least = 3 if closed else 4
-    if array.shape[-2] < least:
-        raise InputError(name, f"needs {least} control points a curve, found {array.shape[-2]}")
-    return array
+    array = _numbers(name, control, 2)
+    return _curves(name, checked(name, array, (None,) * (array.ndim - 1) + (3,)), closed)
+
+
+def _curves(name: str, control: Array, closed: bool) -> Array:
+    """Control points (..., c, d): enough for one segment."""
+    control = _numbers(name, control, 2)
+    least, found = 3 if closed else 4, control.shape[-2]
+    if found < least:
+        raise InputError(name, f"needs {least} control points a curve, found {found}")
+    return control
+
+
+def _numbers(name: str, value: Array, least: int) -> Array:
+    """An array of `least` or more dimensions, made of lists where they are given."""
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiuc":
+        value = as_numbers(name, value)
+    if value.ndim < least:
+        raise InputError(name, f"expected {least} dimensions or more, found shape {value.shape}")
+    return value
+
+
+def _check_interval(name: str, u0: float, u1: float) -> None:
+    if not checked_number(f"{name} u0", u0) < checked_number(f"{name} u1", u1):
+        raise InputError(name, f"expected u0 < u1, found {u0:g} and {u1:g}")
 
 
 def clip(control: Array, closed: bool, u0: float, u1: float) -> tuple[Array, Array]:
@@ -228,7 +259,12 @@ def clip(control: Array, closed: bool, u0: float, u1: float) -> tuple[Array, Arr
         u0 and u1 fourfold, the integers between them once.
     poles : (..., k, d) array
     """
+    control = _curves("clip", control, closed)
+    _check_interval("clip", u0, u1)
     if closed:
+        rounds = (u1 - u0) / control.shape[-2]
+        if rounds > 2.0:
+            raise InputError("clip", f"expected u1 within a round of u0, found {rounds:.3g} rounds")
         start = int(np.floor(u0))
         count = int(np.ceil(u1)) - start
         index = (start + np.arange(count + 3)) % control.shape[-2]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from fabgeo.build.template import TEMPLATE, write_template
 from fabgeo.errors import InputError
-from fabgeo.project import parse_project, read_project
+from fabgeo.project import Project, parse_project, read_project
 
 SURFACE = {"surface": {"file": "roof.step"}}
 LAYER = {"distance": 50.0, "thickness": 2.0, "material": "steel"}
@@ -38,6 +39,18 @@ SHEET = {"material": "steel", "length": 2000.0, "width": 1000.0}
         ({**SURFACE, "strips": {"kind": "conic"}}, "strips.kind"),
         ({**SURFACE, "strips": {"part": [1, 5]}}, 'part needs start = "geodesic"'),
         ({**SURFACE, "strips": {"start": "geodesic", "part": [6, 5]}}, "no model 6 of 5"),
+        ({**SURFACE, "strips": {"segments": 10**6}}, "strips.segments.*10000, found 1000000"),
+        ({**SURFACE, "strips": {"start": "geodesic", "parts": 10**9}}, r"strips\.parts.*1000, f"),
+        ({**SURFACE, "strips": {"start": "geodesic", "part": [1, 10**9]}}, r"strips\.part.*1000"),
+        ({**SURFACE, "strips": {"start": "principal", "overhang": [0.1, 0.1]}}, 'start = "iso"'),
+        ({**SURFACE, "panels": {"count": 10**30}}, "panels.count.*100000"),
+        ({**SURFACE, "panels": {"count": 2, "length": 500.0}}, "takes one of length, count and c"),
+        ({**SURFACE, "panels": {"cuts": [1, 1]}}, "panels: cuts: holds a parameter twice"),
+        ({**SURFACE, "panels": {"radii": []}}, "panels.radii: .*at least 1 item"),
+        ({**SURFACE, "panels": {"radii": 0}}, r"project: panels\.radii: .*, or .*found 0;"),
+        ({**SURFACE, "materials": {"steel": 5}}, "materials.steel: .*dictionary.*found 5"),
+        ([], "expected tables"),
+        ({1: 2}, "expected tables"),
     ],
 )
 def test_wrong_projects_are_refused_by_key(data: dict, words: str) -> None:
@@ -83,6 +96,53 @@ def test_the_template_reads_as_it_is_and_with_every_line_uncommented(tmp_path: P
     assert project.cells is not None
     assert project.connectors is not None
     assert project.cutting.version == "R2010"
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"a = " + b"[" * 100_000, "nested without end"),
+        (b"a = " + b"9" * 5000, "digits"),
+        (b"a." * 50_000 + b"b = 1", "a key of more than 100 parts"),
+        (b'"a" . ' * 200 + b"b = 1", "a key of more than 100 parts"),
+        (b"#" * (1 << 21), "expected 1,048,576 at most"),
+        ('name = "H\u00f6he"'.encode("utf-16"), "save it as UTF-8"),
+        ('name = "H\u00f6he"'.encode("latin-1"), "save it as UTF-8"),
+    ],
+)
+def test_files_that_no_one_writes_are_refused(tmp_path: Path, content: bytes, words: str) -> None:
+    path = tmp_path / "p.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=words):
+        read_project(path)
+
+
+def test_only_files_are_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")  # one that is read is waited for
+    for path in (tmp_path / "pipe.toml", tmp_path, "/dev/zero"):
+        with pytest.raises(InputError, match="is no file"):
+            read_project(path)
+    for none in (None, 5, "a\0b"):
+        with pytest.raises(InputError, match="expected a path"):
+            read_project(none)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="no such file"):
+        read_project("a" * 300)
+
+
+def test_the_mark_of_a_byte_order_is_no_part_of_a_project(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text('[surface]\nfile = "roof.step"\n', encoding="utf-8-sig")
+    assert read_project(path) == parse_project(SURFACE)
+
+
+def test_a_project_says_what_is_wrong_with_it() -> None:
+    with pytest.raises(InputError, match=r"\[surface\] is missing"):
+        Project()
+    with pytest.raises(InputError, match="did you mean 'panels'"):
+        Project(**SURFACE, panles={})
+    assert Project(**SURFACE, panels={"count": 100_000}) == parse_project(
+        {**SURFACE, "panels": {"count": 100_000}}
+    )
 
 
 def test_own_materials_extend_the_known_ones() -> None:

@@ -72,3 +72,38 @@ def test_greville_sites_stay_inside_their_interval() -> None:
 def test_too_few_points_are_refused() -> None:
     with pytest.raises(InputError, match="needs 4 points"):
         spline.interpolate(np.zeros((3, 3)))
+
+
+NET = RNG.normal(size=(2, 7, 3))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: spline.evaluate(NET[:, :3], np.zeros(1)), "needs 4 control points"),
+        (lambda: spline.evaluate(NET[:, :2], np.zeros(1), True), "needs 3 control points"),
+        (lambda: spline.evaluate(NET, np.zeros((1, 1))), "expected parameters"),
+        (lambda: spline.evaluate(None, np.zeros(1)), "evaluate: expected"),
+        (lambda: spline.refine(NET[:, :3]), "needs 4 control points"),
+        (lambda: spline.refine([1, 2, 3]), "2 dimensions or more"),
+        (lambda: spline.to_clamped(NET[:, :3]), "needs 4 control points"),
+        (lambda: spline.interpolate(np.full((30, 3), np.nan)), "not finite"),
+        (lambda: spline.interpolate("abc"), "expected numbers"),
+        (lambda: spline.greville(np.zeros(3)), "greville degree"),
+        (lambda: spline.clamped_knots(1, 0, 2), "expected u0 < u1"),
+        (lambda: spline.clamped_knots(0, 1, 10**12), "from 1 to 1,000,000"),
+        (lambda: spline.clip(NET, False, 2.0, 1.0), "expected u0 < u1"),
+        (lambda: spline.clip(NET, False, 0.0, np.nan), "clip u1"),
+        (lambda: spline.clip(NET, True, 0.0, 1e9), "within a round"),
+    ],
+)
+def test_what_is_no_curve_is_refused(call, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        call()
+
+
+def test_lists_are_taken_as_arrays() -> None:
+    u = np.linspace(0.0, 4.0, 9)
+    np.testing.assert_array_equal(
+        spline.evaluate(NET.tolist(), u.tolist()), spline.evaluate(NET, u)
+    )

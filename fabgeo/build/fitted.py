@@ -27,7 +27,7 @@ from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.fitting.starts import Start
 from fabgeo.project import Project
-from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.model import MOST_PARTS, Patch, StripModel
 from fabgeo.structures.patches import CutRule, cut
 from fabgeo.surfaces.base import DesignSurface
 
@@ -156,7 +156,14 @@ def lane_counts(project: Project, model: StripModel) -> list[int]:
     if widest is None:
         return [1] * model.strips
     _, widths = model.rulings(model.parameters())
-    return [int(np.ceil(w / widest - 1e-9)) for w in widths.max(axis=1)]
+    most = widths.max(axis=1)
+    if most.max() > MOST_PARTS * widest:
+        raise InputError(
+            "panels.width",
+            f"{widest:g} mm divides a strip of {most.max():.4g} mm into more than {MOST_PARTS:,}",
+            "ask for wider panels",
+        )
+    return [int(np.ceil(w / widest - 1e-9)) for w in most]
 
 
 def patches_of(project: Project, model: StripModel, first: int = 0) -> tuple[Patch, ...]:

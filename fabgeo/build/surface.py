@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fabgeo.arrays import shown
 from fabgeo.errors import InputError
 from fabgeo.project import Project, Surface, parse_project, read_project
 from fabgeo.surfaces.base import DesignSurface, size_of
@@ -15,6 +17,30 @@ if TYPE_CHECKING:
     from fabgeo.surfaces.inspection import Inspection
 
 SEEN = 4000  # points by which a surface is known again
+
+
+def project_of(
+    given: Project | Mapping[str, Any] | Path | str, surface: object | None, base: Path | None
+) -> tuple[Project, Path]:
+    """The project that is given in whatever way, and the folder that its paths are relative to.
+
+    Raises
+    ------
+    InputError
+        If it is no project, or something is wrong with it.
+    """
+    if not isinstance(given, Project | Mapping | Path | str):
+        raise InputError(
+            "project",
+            f"expected a Project, its tables or the path of its file, found {shown(given)}",
+        )
+    if isinstance(given, Path | str):
+        given, base = read_project(given), base or Path(given).parent
+    if surface is not None:
+        given = with_surface(given, surface)
+    elif not isinstance(given, Project):
+        given = parse_project(given)
+    return given, base or Path()
 
 
 def surface_of(project: Project, base: Path) -> DesignSurface:
@@ -43,8 +69,9 @@ def surface_of(project: Project, base: Path) -> DesignSurface:
     from fabgeo.cad.read_surface import read_surface
 
     path = base / asked.file
-    if not path.is_file():
-        raise InputError(str(path), "no such file", "surface.file is relative to the project file")
+    if not os.path.isfile(path):  # False, too, for what can be no path
+        cure = "surface.file is relative to the project file"
+        raise InputError(str(path)[:200], "no such file", cure)
     options: dict[str, Any] = {} if asked.faces is None else {"faces": asked.faces}
     surface = read_surface(path, unit=asked.unit, scale=asked.scale, **options)
     size = size_of(surface)

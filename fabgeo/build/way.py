@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from fabgeo.arrays import checked_count, checked_path
 from fabgeo.build.cache import Cache
 from fabgeo.build.fitted import Fitted, named, parts_of, patches_of, side_by_side, starts_of
 from fabgeo.build.fixings import fixings_of
@@ -30,13 +31,13 @@ from fabgeo.build.seams import seamed
 from fabgeo.build.skin import inputs_of, layers_of, limits_of, panels_of
 from fabgeo.build.solids import solids_of
 from fabgeo.build.splitting import divided_patches, divided_structure
-from fabgeo.build.surface import seen, surface_of, with_surface
+from fabgeo.build.surface import project_of, seen, surface_of
 from fabgeo.build.trimming import trimmed, trims_panels
 from fabgeo.cad.given import as_surface
 from fabgeo.errors import GeometryError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.fitting.starts import Start
-from fabgeo.project import Project, parse_project, read_project
+from fabgeo.project import Project
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.structures.fixing import Fixing
 from fabgeo.surfaces.base import DesignSurface
@@ -80,14 +81,9 @@ def design(
     InputError, GeometryError
         Naming the file, the setting or the part, and the cure.
     """
-    if isinstance(project, str | Path):
-        base = base or Path(project).parent
-        project = read_project(project)
-    if surface is not None:
-        project = with_surface(project, surface)
-    elif not isinstance(project, Project):
-        project = parse_project(dict(project))
-    base = base or Path()
+    project, base = project_of(project, surface, base)
+    if jobs is not None:
+        checked_count("jobs", jobs, 1)
     clock, cache = clock or Clock(listener), cache or Cache()
     with clock.stage("surface"):
         wanted = surface_of(project, base) if surface is None else as_surface(surface)
@@ -151,7 +147,7 @@ def build_package(
         For bad input; nothing is written then.
     """
     clock = Clock(listener)
-    with open_folder(out) as folder:
+    with open_folder(checked_path("out", out)) as folder:
         cache = Cache(folder.cache, fresh)
         if fresh:
             folder.forget()

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fabgeo.arrays import shown
 from fabgeo.errors import InputError
 from fabgeo.fitting.options import FitOptions
 from fabgeo.fitting.result import FitResult, Listener, Progress
 from fabgeo.fitting.run import WITHIN_REACH, Run
+from fabgeo.fitting.store import check_info
 from fabgeo.fitting.verdict import excess_of
-from fabgeo.strips.model import KINDS, Kind, StripModel
-from fabgeo.surfaces.base import DesignSurface
+from fabgeo.strips.model import KINDS, Kind, StripModel, check_model
+from fabgeo.surfaces.base import DesignSurface, check_surface
 from fabgeo.surfaces.trace_extension import Extended
 
 __all__ = ["FitResult", "Listener", "Progress", "fit"]
@@ -46,13 +48,21 @@ def fit(
     Raises
     ------
     InputError
-        If the kind is unknown or options contradict the surface.
+        If an argument is something else (a Start holds its model: ``start.model``), the kind is
+        unknown or options contradict the surface.
     GeometryError
         If a strip of the start folds over; names strip and u.
     """
     if kind not in KINDS:
-        raise InputError("fit", f"expected a kind of {KINDS}, found {kind!r}")
-    options = options or FitOptions()
+        raise InputError("fit", f"expected a kind of {KINDS}, found {shown(kind)}")
+    check_surface("fit", surface)
+    check_model("fit", start)
+    check_info("fit: info", start.info)
+    options = FitOptions() if options is None else options
+    if not isinstance(options, FitOptions):
+        raise InputError("fit", f"expected FitOptions, found {shown(options)}")
+    if listener is not None and not callable(listener):
+        raise InputError("fit", f"expected a function as listener, found {shown(listener)}")
     if options.across == 0:
         return _run(surface, start, kind, options, listener)
     coarse = replace(options, across=options.across - 1, refinements=0)

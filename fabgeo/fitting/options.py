@@ -5,12 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from fabgeo.arrays import Array
+import numpy as np
+
+from fabgeo.arrays import Array, checked, checked_count, checked_number, shown
 from fabgeo.errors import InputError
 from fabgeo.fitting.objectives.towards import Shapes
 
 type BoundaryChoice = Literal["auto", "edges", "ends", "all", "none"]
 type Continuation = Literal["auto", "followed", "faded"]
+type Aim = Literal["rms", "max"]
+type Solver = Literal["auto", "banded", "pardiso", "superlu"]
+
+CHOICES = {
+    "boundary": BoundaryChoice,
+    "continuation": Continuation,
+    "minimise": Aim,
+    "solver": Solver,
+}
+COUNTS = {  # the least and the most that may be asked for
+    "levels": (0, 100),
+    "across": (0, 100),
+    "refinements": (0, 20),
+    "iterations": (1, 1_000_000),
+    "stages": (1, 1_000_000),
+}
+FASTEST = 1e6  # growth of a weight
 
 
 @dataclass(frozen=True)
@@ -58,8 +77,7 @@ class Weights:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not value >= 0.0:
-                raise InputError(f"Weights.{name}", f"expected 0 or more, found {value}")
+            checked_number(f"Weights.{name}", value, least=0.0)
 
 
 @dataclass(frozen=True)
@@ -113,22 +131,36 @@ class FitOptions:
     continuation: Continuation = "auto"
     points: Array | None = None
     towards: Shapes | None = None
-    minimise: Literal["rms", "max"] = "max"
+    minimise: Aim = "max"
     levels: int | None = None
     across: int = 0
     refinements: int = 1
     iterations: int = 20
     stages: int = 12
     growth: float = 10.0
-    solver: Literal["auto", "banded", "pardiso", "superlu"] = "auto"
+    solver: Solver = "auto"
 
     def __post_init__(self) -> None:
-        for name, choice in (("boundary", BoundaryChoice), ("continuation", Continuation)):
+        for name, choice in CHOICES.items():
             words, found = get_args(choice.__value__), getattr(self, name)
             if found not in words:
-                raise InputError(f"FitOptions.{name}", f"expected one of {words}, found {found!r}")
+                raise InputError(
+                    f"FitOptions.{name}", f"expected one of {words}, found {shown(found)}"
+                )
         for name in ("twist_limit_deg", "kind_limit_deg"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"FitOptions.{name}", "expected a positive angle in degrees")
-        if not self.growth > 1.0:
-            raise InputError("FitOptions.growth", f"expected more than 1, found {self.growth}")
+            checked_number(f"FitOptions.{name}", getattr(self, name), above=0.0)
+        for name, (least, most) in COUNTS.items():
+            if name != "levels" or self.levels is not None:
+                checked_count(f"FitOptions.{name}", getattr(self, name), least, most)
+        if checked_number("FitOptions.growth", self.growth, above=1.0) > FASTEST:
+            raise InputError("FitOptions.growth", f"expected {FASTEST:g} at most")
+        if not isinstance(self.weights, Weights):
+            raise InputError("FitOptions.weights", f"expected Weights, found {shown(self.weights)}")
+        if self.towards is not None and not hasattr(self.towards, "lanes"):
+            raise InputError("FitOptions.towards", f"expected Shapes, found {shown(self.towards)}")
+        if self.points is not None:
+            none = isinstance(self.points, list) and not self.points
+            points = checked(
+                "FitOptions.points", np.empty((0, 3)) if none else self.points, (None, 3)
+            )
+            object.__setattr__(self, "points", points)

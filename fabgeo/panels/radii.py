@@ -12,12 +12,15 @@ from __future__ import annotations
 import numpy as np
 
 from fabgeo.arrays import Array
+from fabgeo.errors import InputError
 
 _HALVINGS = 20  # of shares of slacks
 
 
 def nearest(curvature: Array, radii: Array) -> Array:
     """Curvatures (p,) of the nearest radii of a list (nearest in curvature), signs kept."""
+    if not len(radii):
+        raise InputError("panels.radii", "expected one radius or more, found none")
     offered = 1.0 / np.asarray(radii, dtype=float)
     at = np.abs(np.abs(curvature)[:, None] - offered).argmin(axis=1)
     return np.sign(curvature) * offered[at]

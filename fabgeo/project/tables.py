@@ -16,6 +16,10 @@ type Share = Annotated[float, Field(gt=0.0, le=1.0)]
 type LayerName = Annotated[str, Field(pattern=r'^[^<>/\\":;?*|=,`\x00-\x1f]{1,255}$')]
 """What DXF takes for a layer's name; a line break in it would end the group it stands in."""
 type Count = Annotated[int, Field(ge=1)]
+type Segments = Annotated[int, Field(ge=1, le=10_000)]
+type Models = Annotated[int, Field(ge=1, le=1000)]
+type PanelCount = Annotated[int, Field(ge=1, le=100_000)]
+type Radii = Annotated[list[Positive], Field(min_length=1)]
 type Unit = Literal["mm", "cm", "m", "in", "ft"]
 type Point = tuple[Finite, Finite, Finite]
 type Overhang = Annotated[float, Field(gt=-0.4, allow_inf_nan=False)]
@@ -80,7 +84,7 @@ class Strips(Table):
         "auto", "iso", "principal", "sections", "mesh", "geodesic", "model", "network"
     ] = "auto"
     count: Count | None = None
-    segments: Count | None = None
+    segments: Segments | None = None
     direction: Literal["u", "v", "larger", "smaller"] | None = None
     seed: Point | None = None
     model: str | None = None
@@ -90,8 +94,8 @@ class Strips(Table):
     overhang: tuple[Overhang, Overhang] | None = None
     corners: tuple[Point, Point, Point, Point] | None = None
     give: Positive | None = None
-    part: tuple[Count, Count] | None = None
-    parts: Count | None = None
+    part: tuple[Models, Models] | None = None
+    parts: Models | None = None
 
     @model_validator(mode="after")
     def _parts_of_geodesics(self) -> Strips:
@@ -104,6 +108,8 @@ class Strips(Table):
             raise ValueError(
                 "give draws one model: leave it out, or build models one by one with part"
             )
+        if self.overhang is not None and self.start not in ("auto", "iso"):
+            raise ValueError('overhang needs start = "iso"')
         if self.part is not None and self.part[0] > self.part[1]:
             raise ValueError(f"part: there is no model {self.part[0]} of {self.part[1]}")
         return self
@@ -112,6 +118,7 @@ class Strips(Table):
 class Panels(Table):
     """Panels on the strips: length along the strip, joint, layers and class tolerances.
 
+    `length`, `count` of a strip and `cuts` (parameters) say the same: one of them at most.
     `width` limits their width across: a strip that is wider anywhere is divided evenly along its
     rulings; strips are counted after that. `trim` cuts panels along the boundary of the surface
     where the model overhangs it; absent: yes, unless cells or beams go on below them. `materials`
@@ -124,7 +131,7 @@ class Panels(Table):
 
     length: Positive | None = None
     width: Positive | None = None
-    count: Count | None = None
+    count: PanelCount | None = None
     cuts: list[NonNegative] | None = None
     joint: NonNegative = 10.0
     thickness: Positive = 3.0
@@ -135,11 +142,20 @@ class Panels(Table):
     angle: Positive = 1.0
     choice: Literal["single", "joint", "thorough"] = "joint"
     ends: Positive | None = None
-    radii: list[Positive] | Count | None = None
+    radii: Radii | Count | None = None
     radii_step: Positive | None = None
     costs: dict[Literal["flat", "cylinder", "cone", "developable"], Positive] = {}
     layers: list[Layer] = []
     trim: bool | None = None
+
+    @model_validator(mode="after")
+    def _one_division(self) -> Panels:
+        given = [name for name in ("length", "count", "cuts") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"takes one of length, count and cuts, found {' and '.join(given)}")
+        if self.cuts is not None and len(set(self.cuts)) < len(self.cuts):
+            raise ValueError("cuts: holds a parameter twice")
+        return self
 
 
 class Layer(Table):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
+from fabgeo.errors import InputError
 from fabgeo.project.spelling import mean
 from fabgeo.project.stock import MATERIALS, STOCK, Material, StockSheet
 from fabgeo.project.tables import (
@@ -22,6 +23,7 @@ from fabgeo.project.tables import (
     Surface,
     Table,
 )
+from fabgeo.project.telling import told
 
 
 class Project(Table):
@@ -43,6 +45,12 @@ class Project(Table):
     drawings: bool = True
     ifc: bool = False
 
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise InputError("project", told(error, type(self)), "mend the keys named") from None
+
     @field_validator("name")
     @classmethod
     def _plain_name(cls, name: str) -> str:
@@ -55,7 +63,10 @@ class Project(Table):
     def _known_materials(cls, given: Any) -> Any:
         if not isinstance(given, dict):
             return given
-        return {k: {**MATERIALS[k], **v} if k in MATERIALS else v for k, v in given.items()}
+        return {
+            k: {**MATERIALS[k], **v} if k in MATERIALS and isinstance(v, dict) else v
+            for k, v in given.items()
+        }
 
     @model_validator(mode="after")
     def _belongs_together(self) -> Project:

@@ -13,16 +13,21 @@ from pathlib import Path
 from fabgeo.review.check_beams import check_beams
 from fabgeo.review.check_bill import check_bill
 from fabgeo.review.check_columns import check_columns
+from fabgeo.review.check_families import check_families
 from fabgeo.review.check_files import check_files
 from fabgeo.review.check_flats import check_flats
+from fabgeo.review.check_forming import check_forming
+from fabgeo.review.check_manifest import check_manifest
 from fabgeo.review.check_marks import check_marks
 from fabgeo.review.check_model import check_model
 from fabgeo.review.check_neighbours import check_neighbours
+from fabgeo.review.check_parts import check_parts
 from fabgeo.review.check_rows import check_rows
 from fabgeo.review.check_setout import check_setout
 from fabgeo.review.check_sheets import check_sheets
 from fabgeo.review.check_site import check_site
 from fabgeo.review.check_solids import check_solids
+from fabgeo.review.check_strips import check_strips
 from fabgeo.review.check_summary import check_summary
 from fabgeo.review.check_tables import check_tables
 from fabgeo.review.findings import CheckReport, Findings
@@ -43,8 +48,13 @@ STEPS = (
     check_tables,
     check_columns,
     check_bill,
+    check_forming,
+    check_families,
+    check_manifest,
     check_model,
+    check_parts,
     check_summary,
+    check_strips,
 )
 
 

@@ -1,11 +1,16 @@
-"""Every file of the manifest is present and unaltered, and none is beside them."""
+"""Every file of the manifest is present, unaltered and whole, and none is beside them."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 from fabgeo.review.findings import Findings
 from fabgeo.review.manifest import package_files, sha256_of
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
+
+ENDS = {".pdf": b"%%EOF", ".html": b"</html>", ".svg": b"</svg>", ".step": b"END-ISO-10303-21;"}
+"""What files of a kind end with."""
 
 
 def check_files(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -20,8 +25,20 @@ def check_files(package: WrittenPackage, measured: Measured, findings: Findings)
             findings.add(_subject(name), "file of the manifest", "present", "missing", name)
         elif sha256_of(present[name]) != value:
             findings.add(_subject(name), "sha256 of the file", "as in the manifest", "other", name)
+        elif not _whole(present[name]):
+            findings.add(_subject(name), "end of the file", "present", "missing", name)
     for name in sorted(set(present) - set(stated)):
         findings.add(_subject(name), "file", "none that the manifest omits", "extra", name)
+
+
+def _whole(path: Path) -> bool:
+    """Whether a file of a kind whose end is known has it: it was not cut off."""
+    end, size = ENDS.get(path.suffix, b""), path.stat().st_size
+    with path.open("rb") as stream:
+        if path.suffix == ".glb":  # its header tells its length
+            return int.from_bytes(stream.read(12)[8:], "little") == size
+        stream.seek(max(size - len(end) - 2, 0))
+        return end in stream.read()
 
 
 def _subject(name: str) -> str:

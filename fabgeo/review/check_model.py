@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from itertools import chain, count, takewhile
 from typing import TYPE_CHECKING
 
 from fabgeo.errors import FabgeoError
+from fabgeo.review.check_strips import NAME, model_names
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
 
 if TYPE_CHECKING:
     from fabgeo.strips.model import StripModel
-
-NAME = "strips.json"
 
 
 def check_model(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -24,7 +22,7 @@ def check_model(package: WrittenPackage, measured: Measured, findings: Findings)
     from fabgeo.fitting.store import load_model
 
     models = []
-    for name in _names(package):
+    for name in model_names(package):
         try:
             models.append(load_model(package.folder / name))
         except FabgeoError as error:
@@ -34,12 +32,6 @@ def check_model(package: WrittenPackage, measured: Measured, findings: Findings)
         _measure(model, measured)
     if len(models) == 1:
         _check_offset(models[0], package, measured, findings)
-
-
-def _names(package: WrittenPackage) -> list[str]:
-    """The files of the model, or of models side by side, as far as they are there."""
-    further = (f"strips-{k}.json" for k in count(2))
-    return list(takewhile(lambda name: (package.folder / name).is_file(), chain([NAME], further)))
 
 
 def _measure(model: StripModel, measured: Measured) -> None:
@@ -61,9 +53,8 @@ def _check_offset(
     """How far its offset is from the distance asked."""
     from fabgeo.strips.offset import offset
 
-    stated = (package.review.get("summary") or {}).get("offset_distance_error_mm")
     depth = _depth(package)
-    if stated is None or depth is None or model.kind not in ("conical", "circular"):
+    if depth is None or model.kind not in ("conical", "circular"):
         return
     try:
         errors = offset(model, depth).errors

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Container, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -70,13 +70,17 @@ type Joint = tuple[PanelEdge, PanelEdge, Facing]
 
 @dataclass
 class Met:
-    """What one panel's joints measure: largest gap (mm) and kink (degrees), and to which panel."""
+    """What one panel's joints measure: largest gap (mm) and kink (degrees), and to which panel.
+
+    `beside` holds all of these.
+    """
 
     gap: float = 0.0
     gap_at: str = ""
     kink: float = 0.0
     kink_at: str = ""
     bend: float = 0.0
+    beside: set[str] = field(default_factory=set)
 
     def see(self, neighbour: str, facing: Facing) -> None:
         """Take in one more joint."""
@@ -85,6 +89,7 @@ class Met:
         if facing.kink > self.kink:
             self.kink, self.kink_at = facing.kink, neighbour
         self.bend = max(self.bend, facing.bend)
+        self.beside.add(neighbour)
 
 
 def check_neighbours(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -119,11 +124,14 @@ def check_neighbours(package: WrittenPackage, measured: Measured, findings: Find
         _shared(one, other, measured)
     # Beside a solid that lies elsewhere than stated, it is not the neighbour that is wrong.
     elsewhere = {found.part for found in findings.items if found.what == CENTRE}
+    lost = ((rows.keys() | measured.names.keys()) - plates.keys()) | elsewhere
     for mark, own in met.items():
         measured.worst("gap_measured_mm", own.gap)
         measured.worst("kink_measured_deg", own.kink)
         if mark in elsewhere or not {own.gap_at, own.kink_at} & elsewhere:
             _judge(mark, own, rows[mark], uncut and mark not in near_cut, findings)
+        if uncut:
+            _named(mark, own.beside | lost, rows[mark], findings)
 
 
 def _is_slit(pair: tuple[PanelEdge, PanelEdge], slits: Mapping[str, set[str]]) -> bool:
@@ -185,6 +193,14 @@ def _judge(mark: str, own: Met, row: dict[str, str], whole: bool, findings: Find
     if own.kink > kink + within or (whole and own.kink < kink - within):
         words = f"{kink:.3f} within {within:.3f}"
         findings.add(mark, f"kink_max_deg of its solid, to {own.kink_at}", words, own.kink)
+
+
+def _named(mark: str, beside: set[str], row: dict[str, str], findings: Findings) -> None:
+    """A row names panels across joints of its own; which is worst is told of the fitted model."""
+    for key in ("gap_edge", "kink_edge"):
+        named = row.get(key) or ""
+        if named.startswith("P-") and named not in beside:
+            findings.add(mark, f"{key} by its solid", "a neighbour", named)
 
 
 def _pairs(edges: list[PanelEdge], joint: float) -> list[tuple[PanelEdge, PanelEdge]]:

@@ -1,15 +1,19 @@
-"""checks/review.json against what was measured here, key by key."""
+"""Summary of checks/review.json against what was measured here, key by key."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from fabgeo.review.check_limits import check_limits, limits_of
+from fabgeo.review.check_manifest import LARGEST_TOLERANCE
+from fabgeo.review.check_strips import NAME
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
-from fabgeo.review.record import SUMMARY_KEYS, Limit
-from fabgeo.review.verdicts import ORDER, failed_verdicts, judge
+from fabgeo.review.record import SUMMARY_KEYS
+from fabgeo.review.verdicts import failed_verdicts
 
+REVIEW = "checks/review.json"
 EXACT = {"solids": 0.0, "invalid_solids": 0.0, "unplaced_parts": 0.0, "utilisation": 2e-3}
 
 WORST = (
@@ -23,11 +27,17 @@ WORST = (
 )
 """Summary keys that are the worst over the parts (of the twist: and of the model)."""
 
-IN_ROWS = {"kink_own_deg": "kink_max_deg"}
-"""Figures whose column has another name."""
+OF_MODEL = {
+    "twist_max_deg": (0.0, 1e-6),
+    "kink_max_deg": (1e-6, 1e-6),
+    "conical_residual": (1e-9, 1e-6),
+    "folds": (0.0, 0.0),
+    "offset_distance_error_mm": (1e-6, 0.01),
+}
+"""Summary keys that strips.json alone measures, and how far they may be off, relatively too."""
 
-OF_MODEL = {"kink_max_deg": 1e-6, "conical_residual": 1e-9, "folds": 0.0}
-"""Summary keys that strips.json alone measures, and how far they may be off."""
+OF_SURFACE = ("deviation_max_mm", "deviation_rms_mm")
+"""Summary keys that only the design surface measures: every fitted model has them."""
 
 MEASURED = {
     "edge_length_error_mm": 0.02,
@@ -43,86 +53,80 @@ OUTLINES = 0.05  # mm
 
 
 def check_summary(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
-    """Summary's keys and numbers, every part's verdict against its own figures and the limits."""
-    review = package.review
-    if not review:
-        findings.add("checks/review.json", "file", "present and JSON", "missing or broken")
+    """Summary's keys and numbers, and the limits that it is judged by."""
+    if not package.review:
+        findings.add(REVIEW, "file", "present and JSON", "missing or broken")
         return
-    summary = review.get("summary") or {}
+    summary = package.review["summary"]
     for key in SUMMARY_KEYS:
         if key not in summary:
-            findings.add("checks/review.json", f"summary key {key}", "present", "missing")
+            findings.add(REVIEW, f"summary key {key}", "present", "missing")
     for key, within in EXACT.items():
         stated, found = summary.get(key), measured.figures.get(key)
         if stated is not None and found is not None:
-            findings.near("checks/review.json", f"summary {key}", found, float(stated), within)
-    parts = (review.get("parts") or {}).values()
-    for key in WORST:
-        values = [v for part in parts if isinstance(v := part.get(key), int | float)]
-        if key == "twist_max_deg" and "model_twist_max_deg" in measured.figures:
-            values.append(measured.figures["model_twist_max_deg"])
-        stated = summary.get(key)
-        if values and stated is not None:
-            within = 1e-6 * max(values) + 1e-12
-            findings.near("checks/review.json", f"summary {key}", max(values), stated, within)
-    for key, within in OF_MODEL.items():
-        stated, found = summary.get(key), measured.figures.get(key)
-        if stated is not None and found is not None:
-            within += 1e-6 * abs(found)
-            findings.near("checks/review.json", f"summary {key} of strips.json", found, stated,
-                          within)  # fmt: skip
-    stated = summary.get("offset_distance_error_mm")
-    found = measured.figures.get("offset_distance_error_mm")
-    if stated is not None and found is not None:
-        within = 1e-6 + 0.01 * found
-        findings.near("checks/review.json", "summary offset_distance_error_mm of strips.json",
-                      found, stated, within)  # fmt: skip
-    wider = max(1.0, float(package.setting("cutting", "tolerance", OUTLINES)) / OUTLINES)
+            findings.near(REVIEW, f"summary {key}", found, float(stated), within)
+    if package.project.get("strips"):
+        _asked_for(package, measured, findings)
+    _worst_of_parts(package, measured, findings)
+    _of_model(summary, measured, findings)
+    tolerance = float(package.setting("cutting", "tolerance", OUTLINES))
+    wider = max(1.0, min(tolerance, LARGEST_TOLERANCE) / OUTLINES)
     for key, more in MEASURED.items():
         stated, found = summary.get(key), measured.figures.get(key)
         if stated is not None and found is not None and found > stated + wider * more:
             words = f"at most {stated + wider * more:.4g}"
-            findings.add("checks/review.json", f"summary {key} of the files", words, found)
-    _verdicts(package, review, findings)
+            findings.add(REVIEW, f"summary {key} of the files", words, found)
+    check_limits(package, findings)
+    _failed(package, findings)
 
 
-def _verdicts(package: WrittenPackage, review: dict[str, Any], findings: Findings) -> None:
-    limits = [
-        Limit(key, own.get("good"), own.get("warn"), sense=own.get("sense", "max"))
-        for key, own in (review.get("limits") or {}).items()
-    ]
-    parts = review.get("parts") or {}
-    others = (*package.tables["beams"], *package.tables["cells"])
-    rows = {**package.cut_rows, **{row.get("mark", ""): row for row in others}}
-    for mark, part in parts.items():
-        figures = {k: v for k, v in part.items() if isinstance(v, int | float)}
-        verdict, _ = judge(limits, figures)
-        stated = part.get("verdict")
-        if stated not in ORDER or ORDER.index(stated) < ORDER.index(verdict):
-            findings.add(mark, "verdict in review.json by its figures", verdict, stated)
-        row = rows.get(mark)
-        if row is not None and row.get("verdict", stated) != stated:
-            findings.add(mark, "verdict in its schedule row", stated, row.get("verdict"))
-        if row is not None:
-            _same_figures(mark, part, row, findings)
-    summary = review.get("summary") or {}
-    total = summary.get("failed_verdicts")
-    failed = failed_verdicts(
-        {"parts": parts, "limits": review.get("limits") or {}, "summary": summary}
-    )
-    if total is not None and total != failed:
-        findings.add("checks/review.json", "summary failed_verdicts", failed, total)
+def _asked_for(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """A key is not null where it was measured, of the model or of any part."""
+    summary, parts = package.review["summary"], package.review["parts"].values()
+    there = {key for part in parts for key, value in part.items() if value is not None}
+    due = {*OF_SURFACE, *(key for key in (*EXACT, *OF_MODEL) if key in measured.figures)}
+    due |= there & set(WORST)
+    for key in sorted(due):
+        if key in summary and summary[key] is None:
+            findings.add(REVIEW, f"summary {key}", "a number", "null")
+    most, mean = (summary.get(key) for key in OF_SURFACE)
+    if most is not None and mean is not None and not mean <= most * (1.0 + 1e-9):
+        findings.add(REVIEW, "summary deviation_rms_mm", f"at most the largest, {most:.6g}", mean)
 
 
-def _same_figures(mark: str, part: dict[str, Any], row: dict[str, str], findings: Findings) -> None:
-    """Figures that stand in review.json and in the schedule are equal, as rounded."""
-    for key, value in part.items():
-        text = row.get(IN_ROWS.get(key, key))
-        if not text or not isinstance(value, int | float):
+def _worst_of_parts(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    summary, parts = package.review["summary"], package.review["parts"].values()
+    for key in WORST:
+        values = [v for part in parts if isinstance(v := part.get(key), int | float)]
+        stated, most = summary.get(key), max(values, default=0.0)
+        if key == "twist_max_deg" and measured.figures.get("model_twist_max_deg", 0.0) > most:
+            continue  # the model's: see `_of_model`
+        if values and stated is not None:
+            findings.near(REVIEW, f"summary {key}", most, stated, 1e-6 * abs(most) + 1e-15)
+
+
+def _of_model(summary: dict[str, Any], measured: Measured, findings: Findings) -> None:
+    """Figures of the model: where several differ it was altered, where one does, it or this."""
+    figures = dict(measured.figures)
+    figures["twist_max_deg"] = figures.get("model_twist_max_deg", 0.0)
+    off = {}
+    for key, (within, share) in OF_MODEL.items():
+        stated, found = summary.get(key), figures.get(key)
+        if stated is None or found is None or (key == "twist_max_deg" and found <= stated):
             continue
-        decimals = len(text.partition(".")[2])
-        try:
-            stated = float(text)
-        except ValueError:
-            continue
-        findings.near(mark, f"{key} in its schedule row", value, stated, 0.51 * 10.0**-decimals)
+        if not abs(found - stated) <= within + share * abs(found):
+            off[key] = found, stated
+    for key, (found, stated) in off.items():
+        findings.add(NAME, f"{key} as the summary states", stated, found)
+        if len(off) == 1:
+            findings.add(REVIEW, f"summary {key} of strips.json", found, stated)
+
+
+def _failed(package: WrittenPackage, findings: Findings) -> None:
+    """How many verdicts fail, by the limits that the project asks for."""
+    limits = {own.key: {"good": own.good, "warn": own.warn, "sense": own.sense}
+              for own in limits_of(package)}  # fmt: skip
+    stated = package.review["summary"].get("failed_verdicts")
+    failed = failed_verdicts({**package.review, "limits": limits})
+    if stated is not None and stated != failed:
+        findings.add(REVIEW, "summary failed_verdicts", failed, stated)

@@ -1,15 +1,16 @@
-"""The schedules among themselves: marks once, the bill of materials, the workbook."""
+"""The schedules among themselves: marks once, the workbook as the CSV files."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from zipfile import ZipFile
 
+from fabgeo.review.columns import TABLES
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
-from fabgeo.review.package import WrittenPackage, number
+from fabgeo.review.package import WrittenPackage
 
 BOOK = "schedules/fabgeo.xlsx"
 LARGEST_BOOK = 1 << 30  # bytes, unpacked
@@ -26,38 +27,7 @@ def check_tables(package: WrittenPackage, measured: Measured, findings: Findings
         for mark, count in counts.items():
             if count != 1 or not mark:
                 findings.add(mark or name, "rows of this mark", 1, count, f"schedules/{name}.csv")
-    _bill(package, findings)
     _workbook(package, findings)
-
-
-def _bill(package: WrittenPackage, findings: Findings) -> None:
-    """Counts, areas and masses of bom.csv are those of the rows that an item stands for."""
-    tables = package.tables
-    if not tables["bom"]:
-        return
-    groups: dict[tuple[str, str, str], list[Row]] = {}
-    for row in tables["panels"]:
-        item = f"panel, {row.get('class') or 'unclassified'}"
-        groups.setdefault(_key(item, row), []).append(row)
-    for row in tables["plates"]:
-        item = f"plate, {(row.get('role') or '').replace('_', ' ')}"
-        groups.setdefault(_key(item, row), []).append(row)
-    for row in tables["connectors"]:
-        groups.setdefault((f"connector, {row.get('product', '')}", "", ""), []).append(row)
-    stated = {_key(row.get("item", ""), row): row for row in tables["bom"]
-              if not row.get("note")}  # fmt: skip
-    for key in sorted(groups.keys() | stated.keys()):
-        name = f"bom {' '.join(word for word in key if word)}"
-        own, row = groups.get(key, []), stated.get(key, {})
-        findings.near(name, "count", len(own), number(row, "count") or 0.0, 0.0)
-        for column, within in (("area_m2", 6e-5), ("mass_kg", 6e-3)):
-            total = math.fsum(number(r, column) or 0.0 for r in own)
-            slack = within + 6e-4 * len(own) * (column == "mass_kg")
-            findings.near(name, column, total, number(row, column) or 0.0, slack)
-
-
-def _key(item: str, row: Row) -> tuple[str, str, str]:
-    return item, row.get("material") or "", row.get("thickness_mm") or ""
 
 
 def _workbook(package: WrittenPackage, findings: Findings) -> None:
@@ -83,13 +53,36 @@ def _workbook(package: WrittenPackage, findings: Findings) -> None:
         if name not in book.sheetnames:
             findings.add(BOOK, f"sheet {name}", "present", "missing")
             continue
-        lines = book[name].iter_rows(min_row=2, values_only=True)
-        _same_rows(name, rows, [line for line in lines if any(v is not None for v in line)],
-                   findings)  # fmt: skip
+        lines = [v for v in book[name].iter_rows(values_only=True) if any(x is not None for x in v)]
+        if _same_headings(name, list(rows[0]), lines[0] if lines else (), findings):
+            _same_rows(name, rows, lines[1:], findings)
+
+
+def _same_headings(
+    name: str, columns: list[str], headings: Sequence[object], findings: Findings
+) -> bool:
+    """Whether the workbook's headings are the names of the CSV's columns, units in brackets."""
+    said = [str(heading) for heading in headings if heading is not None]
+    units = {column.name: column.unit for column in TABLES[name]}
+    expected = [_heading(column, units.get(column, "")) for column in columns]
+    for words, column in zip(expected, columns, strict=True):
+        if words not in said:
+            findings.add(BOOK, f"heading of {column} in sheet {name}", words, "missing")
+    for words in said:
+        if words not in expected:
+            findings.add(f"schedules/{name}.csv", "column by the workbook", words, "missing")
+    if said != expected and sorted(said) == sorted(expected):
+        findings.add(BOOK, f"headings of sheet {name}", "in the order of the CSV", "another")
+    return len(said) == len(expected)
+
+
+def _heading(column: str, unit: str) -> str:
+    words = column.replace("_", " ")
+    return f"{words.rpartition(' ')[0]} [{unit}]" if unit else words
 
 
 def _same_rows(
-    name: str, rows: list[Row], lines: list[tuple[object, ...]], findings: Findings
+    name: str, rows: list[Row], lines: Sequence[tuple[object, ...]], findings: Findings
 ) -> None:
     if len(rows) != len(lines):
         findings.add(BOOK, f"rows of {name}", len(rows), len(lines))

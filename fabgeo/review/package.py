@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import zip_longest
@@ -17,6 +17,9 @@ import numpy as np
 from fabgeo.arrays import Array
 from fabgeo.errors import InputError
 from fabgeo.review.manifest import NAME
+
+WORDS = ("verdict", "reason", "sense", "label", "origin", "mark")
+"""Entries of review.json that are no numbers."""
 
 
 @dataclass
@@ -72,20 +75,28 @@ class WrittenPackage:
         return default if value is None or wrong else value
 
     @cached_property
+    def review_as_written(self) -> dict[str, Any]:
+        """Contents of checks/review.json; empty if it is absent or broken."""
+        try:
+            text = (self.folder / "checks" / "review.json").read_text("utf-8")
+            return _object(json.loads(text))
+        except (OSError, ValueError, RecursionError):
+            return {}
+
+    @cached_property
     def review(self) -> dict[str, Any]:
-        """Contents of checks/review.json; empty if it is absent or broken.
+        """Summary, limits, worst and parts of checks/review.json; empty if it has none of these.
 
         What is not of its kind in there, such as a word for a number, counts as missing.
         """
-        try:
-            found = json.loads((self.folder / "checks" / "review.json").read_text("utf-8"))
-        except (OSError, ValueError, RecursionError):
-            return {}
-        summary = _object(_object(found).get("summary"))
-        tables = {key: _object(_object(found).get(key)) for key in ("limits", "parts")}
-        return _object(found) and {
-            "summary": {k: v for k, v in summary.items() if isinstance(v, int | float | None)},
-            **{key: {k: _object(v) for k, v in own.items()} for key, own in tables.items()},
+        found = self.review_as_written
+        tables = {
+            key: {name: _object(own) for name, own in _object(found.get(key)).items()}
+            for key in ("limits", "worst", "parts")
+        }
+        return found and {
+            "summary": _clean(_object(found.get("summary")), ()),
+            **{key: {n: _clean(own, WORDS) for n, own in t.items()} for key, t in tables.items()},
         }
 
     def table(self, name: str) -> list[dict[str, str]]:
@@ -148,6 +159,12 @@ class WrittenPackage:
 def _object(found: Any) -> dict[str, Any]:
     """What JSON holds where an object is expected; empty for anything else."""
     return found if isinstance(found, dict) else {}
+
+
+def _clean(found: dict[str, Any], words: Collection[str]) -> dict[str, Any]:
+    """Numbers and nulls of an object, and the text of its words."""
+    kept = {k: v for k, v in found.items() if k not in words and isinstance(v, int | float | None)}
+    return kept | {k: v for k, v in found.items() if k in words and isinstance(v, str)}
 
 
 def csv_rows(path: Path) -> list[dict[str, str]]:

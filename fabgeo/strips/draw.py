@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross
+from fabgeo.arrays import Array, checked_path, cross
+from fabgeo.errors import InputError
 from fabgeo.strips.frames import frames
 from fabgeo.strips.measures import Measures, Worst, measure, twist
-from fabgeo.strips.model import StripModel
+from fabgeo.strips.model import StripModel, check_model
 from fabgeo.surfaces.base import size_of
 from fabgeo.surfaces.trace import both_ways, trace_principal
 
@@ -57,13 +58,24 @@ def draw(
         Where to write a PNG; the figure is returned in any case (a notebook shows it).
     history : sequence of mappings, optional
         The fit's, `FitResult.history`; by default the one that the model was saved with.
+
+    Raises
+    ------
+    InputError
+        If one of them is something else, or the picture cannot be written.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    check_model("draw", model)
     found = measure(model, surface, 4) if measures is None else measures
+    if not isinstance(found, Measures):
+        raise InputError("draw", "expected measures of the model", "pass fabgeo.measure(...)")
     if history is None:
         history = model.info.get("history", ())
+    records = isinstance(history, Sequence) and all(isinstance(row, Mapping) for row in history)
+    if not records:
+        raise InputError("draw", "expected a history of records", "pass FitResult.history")
     figure = Figure(figsize=(16, 8) if history else (11, 8), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2 if history else 1, width_ratios=(3, 2) if history else (1,))
@@ -76,7 +88,11 @@ def draw(
         _history(figure.add_subplot(grid[0, 1]), history)
         _lines(figure.add_subplot(grid[1, 1]), found)
     if path is not None:
-        figure.savefig(path, dpi=110)
+        target = checked_path("draw", path)
+        try:
+            figure.savefig(target, dpi=110)
+        except (OSError, ValueError) as error:
+            raise InputError(str(target), f"cannot be drawn to: {error}", "name a .png") from error
     return figure
 
 
@@ -112,6 +128,8 @@ def _strips(axes: Any, figure: Any, model: StripModel) -> None:
     axes.add_collection3d(Line3DCollection(list(rulings), colors="0.75", linewidths=0.4, zorder=2))
     axes.add_collection3d(Line3DCollection(list(f.p), colors="black", linewidths=0.9, zorder=3))
     low, high = f.p.min(axis=(0, 1)), f.p.max(axis=(0, 1))
+    if not (high - low).max() > 0.0:
+        raise InputError("draw", "the model has no size: all its points lie in one place")
     size = np.maximum(high - low, 0.05 * (high - low).max())
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], low[2] + size[2]))
     axes.set_box_aspect(size)

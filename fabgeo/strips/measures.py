@@ -23,8 +23,12 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, cross, dot
+from fabgeo.arrays import Array, BoolArray, checked_count, cross, dot
 from fabgeo.strips.frames import EdgeCurves, Frames, frames, normal_change
+from fabgeo.strips.model import check_model
+from fabgeo.surfaces.base import check_surface
+
+MOST_SAMPLES = 10_000_000  # on a surface
 
 
 @dataclass(frozen=True)
@@ -235,6 +239,10 @@ def measure(
     samples : int
         Points on the surface for its distance to the model.
     """
+    check_model("measure", model)
+    if surface is not None:
+        check_surface("measure", surface)
+    checked_count("samples", samples, 1, MOST_SAMPLES)
     u = model.parameters(per_segment)
     f = frames(model, u)
     inner = f.interior

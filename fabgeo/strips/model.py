@@ -21,11 +21,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, set_frozen, unit
+from fabgeo.arrays import Array, checked_count, checked_number, set_frozen, shown, unit
 from fabgeo.errors import InputError
 
 type Kind = Literal["general", "conical", "circular", "geodesic"]
 KINDS: tuple[str, ...] = get_args(Kind.__value__)
+FINEST = 1000  # parameters a knot span
+MOST_PARTS = 10_000  # that one strip may be divided into
+MOST_STRIPS = 100_000  # in all
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,11 @@ class StripModel:
                 "StripModel.control", f"needs {least} edge curves or more, found {self.edges}"
             )
         if self.kind not in KINDS:
-            raise InputError("StripModel.kind", f"expected one of {KINDS}, found {self.kind!r}")
+            raise InputError(
+                "StripModel.kind", f"expected one of {KINDS}, found {shown(self.kind)}"
+            )
+        if not isinstance(self.info, Mapping):
+            raise InputError("StripModel.info", f"expected a mapping, found {shown(self.info)}")
 
     @property
     def edges(self) -> int:
@@ -84,8 +91,12 @@ class StripModel:
 
     def edge(self, i: int, u: Array, derivative: int = 0) -> Array:
         """Points or u-derivatives of one edge curve (i modulo edges where closed): (k, 3)."""
-        index = i % self.edges if self.closed_i else i
-        return spline.evaluate(self.control[index], u, self.closed_u, derivative)
+        try:
+            control = self.control[i % self.edges if self.closed_i else i]
+        except (IndexError, TypeError):
+            problem = f"expected an edge from 0 to {self.edges - 1}, found {shown(i)}"
+            raise InputError("StripModel.edge", problem) from None
+        return spline.evaluate(control, u, self.closed_u, derivative)
 
     def pairs(self, values: Array) -> tuple[Array, Array]:
         """Values per edge (edges, ...) as the two sides of every strip, each (strips, ...)."""
@@ -101,7 +112,7 @@ class StripModel:
 
     def parameters(self, per_segment: int = 4) -> Array:
         """Evenly spaced parameters, `per_segment` to a knot span, both ends of an open model."""
-        count = self.segments * per_segment
+        count = self.segments * checked_count("per_segment", per_segment, 1, FINEST)
         u = np.linspace(0.0, self.segments, count + 1)
         return u[:-1] if self.closed_u else u
 
@@ -123,12 +134,20 @@ class StripModel:
         Raises
         ------
         InputError
-            If a count is less than 1, or there is not one for each strip.
+            If a count is less than 1 or absurd, or there is not one for each strip.
         """
-        each = [counts] * self.strips if isinstance(counts, int) else list(counts)
-        if len(each) != self.strips or min(each) < 1:
+        alike = not isinstance(counts, Sequence | np.ndarray)
+        each = [
+            checked_count(f"StripModel.divided, {self.strips} strips", count, 1, MOST_PARTS)
+            for count in ([counts] * self.strips if alike else counts)
+        ]
+        if len(each) != self.strips:
             raise InputError(
                 "StripModel.divided", f"expected 1 part or more of {self.strips} strips each"
+            )
+        if sum(each) > MOST_STRIPS:
+            raise InputError(
+                "StripModel.divided", f"expected {MOST_STRIPS:,} parts at most, found {sum(each):,}"
             )
         parts = [
             first + k / count * (second - first)
@@ -142,6 +161,16 @@ class StripModel:
     def refined(self) -> StripModel:
         """Every knot span halved, the same surface; parameters double."""
         return self.with_control(spline.refine(self.control, self.closed_u))
+
+
+def check_model(name: str, given: Any) -> None:
+    """Raise InputError where something else than a model is given, such as what holds one."""
+    if hasattr(given, "strips") and callable(getattr(given, "parameters", None)):
+        return
+    found = type(given).__name__
+    holds = isinstance(getattr(given, "model", None), StripModel)
+    cure = f"pass {found.removeprefix('Fit').lower()}.model" if holds else "pass a StripModel"
+    raise InputError(name, f"expected a strip model, found a {found}", cure)
 
 
 @dataclass(frozen=True)
@@ -162,7 +191,9 @@ class Patch:
     u1: float
 
     def __post_init__(self) -> None:
-        if not self.u0 < self.u1:
+        for name in ("strip", "cell"):
+            checked_count(f"patch {name}", getattr(self, name), 0)
+        if not checked_number("patch u0", self.u0) < checked_number("patch u1", self.u1):
             raise InputError(
                 f"patch {self.tag}", f"expected u0 < u1, found {self.u0} and {self.u1}"
             )

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, cross, dot
+from fabgeo.arrays import Array, checked_number, cross, dot
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import Axes, axes
 from fabgeo.strips.frames import frames
-from fabgeo.strips.model import StripModel
+from fabgeo.strips.model import StripModel, check_model
 
 ROUNDS = 8  # of halving knot spans at most; beside a model's knots the error falls slowly
 
@@ -75,10 +75,15 @@ def offset(model: StripModel, distance: float, tolerance: float = 1e-3) -> Offse
 
     Raises
     ------
+    InputError
+        If one of the arguments is something else.
     GeometryError
         If the model is neither conical nor circular, or the offset folds over: the message names
         the strip, u and the largest distance that is possible.
     """
+    check_model("offset", model)
+    checked_number("offset distance", distance)
+    checked_number("offset tolerance", tolerance, above=0.0)
     field = axes(model)
     refuse_fold(model, field, distance)
     base, factor, error = model, 1, np.inf

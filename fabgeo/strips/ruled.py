@@ -16,9 +16,9 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from fabgeo import spline
-from fabgeo.arrays import Array, set_frozen
+from fabgeo.arrays import Array, checked_count, set_frozen
 from fabgeo.errors import InputError
-from fabgeo.strips.model import Patch, StripModel
+from fabgeo.strips.model import FINEST, Patch, StripModel, check_model
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,10 @@ class RuledPatch:
     def __post_init__(self) -> None:
         set_frozen(self, "knots", ("n",))
         set_frozen(self, "poles", (2, "k", 3))
+        if self.poles.shape[1] < 4:
+            raise InputError(
+                "RuledPatch.poles", f"expected 4 or more an edge, found {self.poles.shape[1]}"
+            )
         if len(self.knots) != self.poles.shape[1] + 4 or np.any(np.diff(self.knots) < 0.0):
             raise InputError(
                 "RuledPatch.knots",
@@ -72,6 +76,7 @@ class RuledPatch:
 
     def parameters(self, per_span: int = 8) -> Array:
         """Evenly spaced parameters, `per_span` to a knot span, both ends included."""
+        checked_count("per_span", per_span, 1, FINEST)
         spans = np.unique(self.knots)
         fraction = np.arange(per_span) / per_span
         inner = spans[:-1, None] + fraction * np.diff(spans)[:, None]
@@ -80,17 +85,23 @@ class RuledPatch:
     @classmethod
     def of_model(cls, model: StripModel, patch: Patch) -> Self:
         """The patch of a strip model, exactly (the spline's own pieces, knots kept)."""
-        index = (
-            [patch.strip, (patch.strip + 1) % model.edges]
-            if model.closed_i
-            else [patch.strip, patch.strip + 1]
-        )
+        check_model("RuledPatch.of_model", model)
+        if patch.strip >= model.strips:
+            raise InputError(
+                f"patch {patch.tag}", f"the model's strips are 0 to {model.strips - 1}"
+            )
+        index = [patch.strip, (patch.strip + 1) % model.edges]
         knots, poles = spline.clip(model.control[index], model.closed_u, patch.u0, patch.u1)
         return cls(knots, poles)
 
     @classmethod
     def through(cls, knots: Array, sites: Array, first: Array, second: Array) -> Self:
         """Interpolate points of both edge curves (k, 3) given at sites (k,), e.g. Greville's."""
-        points = np.stack([first, second], axis=1)
-        poles = np.asarray(make_interp_spline(sites, points, k=3, t=knots).c)
+        try:
+            points = np.stack([first, second], axis=1)
+            poles = np.asarray(make_interp_spline(sites, points, k=3, t=knots).c)
+        except ValueError as error:
+            raise InputError(
+                "RuledPatch.through", f"no curve runs through that: {error}"
+            ) from error
         return cls(knots, np.moveaxis(poles, 1, 0))

@@ -12,12 +12,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, checked, checked_count, checked_number
 from fabgeo.errors import InputError
 from fabgeo.strips.integrate import antiderivative
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.structures.boxes import oriented_box
 
+MOST_PATCHES = 1_000_000  # of a model
+MOST_OF_A_STRIP = 100_000
 TRANSPORT_BOX = (13_600.0, 2_480.0, 2_500.0)  # a common truck, mm
 
 
@@ -50,10 +52,12 @@ class CutRule:
         given = [x is not None for x in (self.length, self.count, self.at)]
         if sum(given) > 1 or not (any(given) or self.box):
             raise InputError("CutRule", "expected one of length, count, at (or box alone)")
-        if self.length is not None and self.length <= 0.0:
-            raise InputError("CutRule.length", f"expected a positive length, found {self.length}")
-        if self.count is not None and self.count < 1:
-            raise InputError("CutRule.count", f"expected 1 or more, found {self.count}")
+        if self.length is not None:
+            checked_number("CutRule.length", self.length, above=0.0)
+        if self.count is not None:
+            checked_count("CutRule.count", self.count, 1, MOST_OF_A_STRIP)
+        if self.at is not None and (np.diff(np.sort(checked("cuts", self.at, (None,)))) <= 0).any():
+            raise InputError("cuts", "hold a parameter twice", "name every ruling once")
 
 
 def cut(
@@ -84,6 +88,12 @@ def cut(
         tiny = 1e-6 * (u1 - u0)
         inner = inner[(inner > u0 + tiny) & (inner < u1 - tiny)]
         bounds = np.concatenate([[u0], inner, [u1]])
+        if len(patches) + len(bounds) - 1 > MOST_PATCHES:
+            raise InputError(
+                "panels",
+                f"expected {MOST_PATCHES:,} panels at most, found more on {model.strips:,} strips",
+                "ask for fewer, or longer ones",
+            )
         patches += [
             Patch(strip, cell, float(a), float(b)) for cell, (a, b) in enumerate(pairwise(bounds))
         ]
@@ -98,6 +108,13 @@ def _divisions(
     total = float(lengths(np.array([span[1]]))[0] - lengths(np.array([span[0]]))[0])
     count = rule.count or 1
     if rule.length is not None:
+        if total > MOST_OF_A_STRIP * rule.length:
+            raise InputError(
+                "panels.length",
+                f"{rule.length:g} mm divides a strip of {total:.4g} mm into more than "
+                f"{MOST_OF_A_STRIP:,} panels",
+                "ask for longer panels",
+            )
         count = max(1, round(total / rule.length))
     rows = range(model.strips) if strip is None else [strip]
     while True:

@@ -12,11 +12,12 @@ loop
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from fabgeo.arrays import Array, BoolArray, dot, set_frozen
+from fabgeo.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,16 @@ class BoundaryPoints:
     def __post_init__(self) -> None:
         set_frozen(self, "point", ("k", 3))
         set_frozen(self, "tangent", ("k", 3))
+
+
+def check_surface(name: str, given: Any) -> None:
+    """Raise InputError where something else than a design surface is given, such as a path."""
+    if not callable(getattr(given, "closest", None)):
+        raise InputError(
+            name,
+            f"expected a design surface, found a {type(given).__name__}",
+            "pass fabgeo.as_surface(...) of it",
+        )
 
 
 def size_of(surface: DesignSurface) -> float:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fabgeo.arrays import Array, frozen
+from fabgeo.arrays import Array, checked_number, frozen
 from fabgeo.errors import InputError
 from fabgeo.surfaces.chart import Derivatives
 from fabgeo.surfaces.jets import CONSTANTS, FUNCTIONS, Jet, Value, constant_like, variables
@@ -182,7 +182,11 @@ class FormulaChart:
         if not (self.domain[:, 1] > self.domain[:, 0]).all():
             raise InputError("formula domain", f"expected u0 < u1 and v0 < v1, found {u} and {v}")
         self.closed = closed
-        self.scale = float(scale)
+        self.scale = checked_number("formula scale", scale, above=0.0)
+        if not isinstance(define, Mapping) or not all(isinstance(name, str) for name in define):
+            raise InputError(
+                "formula define", "expected expressions by their names", 'such as {"r": "u / 2"}'
+            )
         if len(define) > MOST_DEFINITIONS:
             raise InputError("formula", f"has more than {MOST_DEFINITIONS} definitions")
         known = ["u", "v"]
@@ -275,5 +279,7 @@ class FormulaSurface(ParametricSurface):
         scale: float = 1.0,
         name: str = "formula",
     ) -> None:
-        chart = FormulaChart(x, y, z, u, v, define or {}, (closed_u, closed_v), scale)
+        chart = FormulaChart(
+            x, y, z, u, v, {} if define is None else define, (closed_u, closed_v), scale
+        )
         super().__init__(name, [chart])

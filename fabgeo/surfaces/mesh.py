@@ -21,7 +21,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from fabgeo.arrays import Array, IntArray, cross, set_frozen
+from fabgeo.arrays import Array, IntArray, as_numbers, cross, set_frozen
 from fabgeo.errors import InputError
 
 WELD = 1e-7  # vertices closer than this part of the size are one
@@ -105,9 +105,11 @@ def checked_mesh(
         If the mesh is empty, has bad indices, degenerate faces, edges with three faces, vertices
         where two sheets touch or faces fold back, several pieces, or can't be oriented.
     """
-    vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
-    if not len(faces) or not len(vertices):
+    vertices = as_numbers(f"{name}: vertices", vertices)
+    if not len(faces) or not vertices.size:
         raise InputError(name, "the mesh is empty: it has no face", "export it with its faces")
+    if vertices.shape[1:] != (3,):
+        raise InputError(name, f"expected vertices (n, 3), found shape {vertices.shape}")
     absurd = ~(np.abs(vertices) < ABSURD).all(axis=1)
     if absurd.any():
         at = int(absurd.argmax())
@@ -128,7 +130,12 @@ def checked_mesh(
 
 
 def _check_indices(name: str, count: int, faces: Sequence[Sequence[int]]) -> None:
-    flat = np.array([i for f in faces for i in f], dtype=np.int64)
+    try:
+        flat = np.array([i for f in faces for i in f])
+    except (TypeError, ValueError) as error:
+        raise InputError(name, f"expected faces of vertex indices: {error}") from error
+    if len(flat) and flat.dtype.kind not in "iu":
+        raise InputError(name, "expected faces of whole vertex indices, found others")
     for k, face in enumerate(faces):
         if len(face) < 3:
             raise InputError(name, f"face {k} has {len(face)} corners", "remove it")

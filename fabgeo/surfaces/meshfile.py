@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -167,9 +168,22 @@ def _by_trimesh(path: Path) -> tuple[Array, list[list[int]]]:
         if isinstance(loaded, trimesh.Scene):
             loaded = loaded.to_mesh()
         vertices = np.asarray(loaded.vertices, dtype=np.float64)
+        announced = _announced(path) if path.suffix.lower() == ".ply" else 0
         faces = np.asarray(loaded.faces, dtype=np.int64).reshape(-1, 3)
     except Exception as error:  # whatever a foreign reader raises over foreign bytes
         raise InputError(
             path.name, f"can't be read as {path.suffix[1:].upper()}: {error}", "export it again"
         ) from error
+    if len(faces) < announced:
+        raise InputError(
+            path.name, f"announces {announced} faces, but has {len(faces)}", "export it again"
+        )
     return vertices, faces.tolist()
+
+
+def _announced(path: Path) -> int:
+    """How many faces the header of a PLY file says that there are."""
+    with path.open("rb") as file:
+        header = file.read(1 << 16).partition(b"end_header")[0]
+    found = re.search(rb"^\s*element\s+face\s+(\d{1,12})\s*$", header, re.MULTILINE)
+    return int(found[1]) if found else 0

@@ -188,6 +188,12 @@ class MeshSurface:
             return
         face = int(least.argmin())
         where = np.round(self.mesh.vertices[self.triangles[face]].mean(axis=0), 6).tolist()
+        if np.isnan(least[face]):
+            raise InputError(
+                self._name,
+                f"a triangle has no normal at its corners, around {where}",
+                "move its vertices apart, or divide the polygons there into triangles",
+            )
         angle = np.degrees(np.arccos(np.clip(least[face], -1.0, 1.0)))
         raise InputError(
             self._name,

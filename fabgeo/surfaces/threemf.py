@@ -25,6 +25,7 @@ DEEPEST = 20  # components within components
 MOST_TRIANGLES = 20_000_000
 MOST_COMPONENTS = 1_000_000  # placed: few that hold each other several times are more than stars
 FALLBACK = "export it again"
+UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")
 
 
 def read_3mf(path: Path) -> tuple[Array, list[list[int]]]:
@@ -82,6 +83,10 @@ class _Reader:
 
     def start(self, tag: str, words: dict[str, str]) -> None:
         tag = tag.rpartition(":")[2]
+        if tag == "model" and words.get("unit", "millimeter") not in UNITS:
+            raise InputError(
+                self.name, f"unknown unit {words['unit']!r}", f"use {', '.join(UNITS)}"
+            )
         if tag == "object":
             self.object = words["id"]
             self.points[self.object], self.faces[self.object] = [], []

@@ -31,7 +31,7 @@ def unit_of(where: str, size: float, given: str | None) -> Unit:
         If the given unit is unknown, or none is given and the size suits none.
     """
     if given is not None:
-        if given not in MILLIMETRES:
+        if not isinstance(given, str) or given not in MILLIMETRES:
             raise InputError(where, f"unknown unit {given!r}", f"use {', '.join(MILLIMETRES)}")
         return Unit(given, MILLIMETRES[given], "given")
     for name, least, most in GUESSES:

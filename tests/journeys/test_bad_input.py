@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from journey_helpers import DOME, fabgeo
 
-from fabgeo.build import design
-from fabgeo.errors import GeometryError
+from fabgeo.build import build_package, design
+from fabgeo.build.fitted import lane_counts, patches_of
+from fabgeo.errors import GeometryError, InputError
+from fabgeo.project import parse_project
+from fabgeo.strips.model import StripModel
 
 CUBE = "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
 GRID = [(x, y) for y in range(4) for x in range(4)]
@@ -76,6 +80,8 @@ def test_bad_surface_files(tmp_path: Path, name: str) -> None:
         ('unit = "m"', 'unit = "mm"', "unit"),
         ("0.05*u**2", "0.05*w**2", "w"),
         ("0.05*u**2", "__import__('os')", "formula"),
+        ("length = 2700.0", "length = 2700.0\ncount = 3", "takes one of length, count and cuts"),
+        ('count = 4\nstart = "iso"', "start = 'model'\nmodel = '/dev/zero'", "is no file"),
     ],
 )
 def test_bad_projects(tmp_path: Path, old: str, new: str, words: str) -> None:
@@ -137,3 +143,43 @@ def test_structure_on_a_fit_short_of_its_kind_tells_why_the_fit_ended():
         design(project)
     assert "kind =" not in str(refused.value)
     assert "divide the surface" in str(refused.value)
+
+
+FORMULA = {"unit": "m", "u": [-3.0, 3.0], "v": [-4.0, 4.0], "x": "u", "y": "v", "z": "3-0.05*u*u"}
+
+
+@pytest.mark.parametrize(
+    ("project", "arguments", "words"),
+    [
+        (None, {}, "expected a Project, its tables or the path of its file, found None"),
+        (5, {"surface": np.zeros((3, 3, 3))}, "expected a Project"),
+        ([], {}, "expected a Project"),
+        ({1: 2}, {}, "expected tables by their names"),
+        ("a\0.toml", {}, "expected a path"),
+        ({"surface": FORMULA}, {"jobs": 0}, "jobs: expected a whole number 1 or more, found 0"),
+        ({"surface": {"file": "a" * 300}}, {}, "no such file; surface.file is relative"),
+        ({"surface": {"file": "a\0.step"}}, {}, "no such file"),
+        ({"surface": FORMULA, "strips": {"start": "model", "model": "a\0"}}, {}, "expected a path"),
+        ({"surface": FORMULA, "strips": {"count": 10**30}}, {}, "strips: expected a whole number"),
+    ],
+)
+def test_a_design_names_what_it_is_not_given(project, arguments: dict, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        design(project, **arguments)
+
+
+def test_an_output_folder_is_a_path() -> None:
+    with pytest.raises(InputError, match="out: expected a path, found None"):
+        build_package({"surface": FORMULA}, None)  # type: ignore[arg-type]
+
+
+def test_panels_without_number_are_refused_by_key() -> None:
+    """They would fill the memory."""
+    u, v = np.meshgrid(np.arange(7.0), np.arange(4.0))
+    model = StripModel(np.stack([1000.0 * u, 1000.0 * v, 0.0 * u], axis=-1))
+    for key, value in [("width", 0.001), ("length", 1e-6)]:
+        project = parse_project({"surface": FORMULA, "panels": {key: value}})
+        with pytest.raises(InputError, match=rf"panels\.{key}: .*ask for (wid|long)er panels"):
+            patches_of(project, model.divided(lane_counts(project, model)))
+    project = parse_project({"surface": FORMULA, "panels": {"count": 100_000}})
+    assert len(patches_of(project, model)) == 300_000

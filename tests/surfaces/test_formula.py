@@ -158,3 +158,15 @@ def test_great_court_formula_reaches_the_edge_height(fixtures):
     assert roof.evaluate(np.array([0.0]), np.array([v])).point[0] == pytest.approx(
         [36.625, 0.0, 19.71]
     )
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        *[({"scale": x}, "formula scale: expected a finite") for x in (0, -1, np.nan, "a", None)],
+        *[({"define": x}, "formula define: expected") for x in ([("a", "1")], {1: "1"}, "a")],
+    ],
+)
+def test_scale_and_definitions_are_checked(given: dict, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        FormulaSurface("u", "v", "u*v", **given)

@@ -281,3 +281,33 @@ def test_readers_answer_or_refuse(lines):
         _, counts = np.unique(edges, axis=0, return_counts=True)
         assert counts.max() <= 2
         assert sum(len(x) for x in mesh.loops) == (counts == 1).sum()
+
+
+def test_a_ply_file_that_ends_too_early_is_refused(tmp_path):
+    head = "ply\nformat ascii 1.0\nelement vertex 4\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz")
+    head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    lines = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "3 0 1 2", "3 0 2 3"]
+    path = tmp_path / "a.ply"
+    path.write_text(head + "\n".join(lines) + "\n")
+    assert len(read_mesh(path).triangles) == 2
+    path.write_text(head + "\n".join(lines[:-1]) + "\n")
+    with pytest.raises(InputError, match=r"a\.ply: "):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "words"),
+    [
+        (np.eye(3), [(0.5, 1, 2)], "whole vertex indices"),
+        (np.eye(3), [(0, 1, 10**30)], "whole vertex indices"),
+        (np.eye(3), ["abc"], "whole vertex indices"),
+        (np.eye(3), [None], "faces of vertex indices"),
+        (np.eye(3) + 1j, [(0, 1, 2)], "vertices: expected numbers: found complex ones"),
+        ([["a", "b", "c"]] * 3, [(0, 1, 2)], "vertices: expected numbers"),
+        (np.eye(3).ravel(), [(0, 1, 2)], r"expected vertices \(n, 3\)"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(vertices, faces, words):
+    with pytest.raises(InputError, match=words):
+        checked_mesh("a", vertices, faces)

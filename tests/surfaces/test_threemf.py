@@ -114,3 +114,16 @@ def test_components_that_multiply_are_refused(
     inside = f'<resources>{objects}</resources><build><item objectid="15"/></build>'
     with pytest.raises(InputError, match="without end"):
         read_mesh(write(tmp_path / "a.3mf", inside))
+
+
+def test_units_that_there_are_not_are_refused(tmp_path: Path) -> None:
+    inside = objects("", '<item objectid="1"/>')
+    path = write(tmp_path / "a.3mf", inside)
+    for unit, right in [("meter", True), ("parsec", False)]:
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("3D/3dmodel.model", f'{HEAD}<model unit="{unit}">{inside}</model>')
+        if right:
+            assert len(read_mesh(path).triangles) == 2
+        else:
+            with pytest.raises(InputError, match="unknown unit 'parsec'; use micron"):
+                read_mesh(path)

@@ -8,16 +8,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from fabgeo.arrays import checked_count, shown
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.auto import candidates_of, why
 from fabgeo.fitting.starts.candidate import Candidate, reference_of
 from fabgeo.fitting.starts.methods import STARTS, called, told
 from fabgeo.fitting.starts.quality import check_folds, quality
-from fabgeo.strips.model import Kind, StripModel
-from fabgeo.surfaces.base import DesignSurface
+from fabgeo.strips.model import KINDS, Kind, StripModel
+from fabgeo.surfaces.base import DesignSurface, check_surface
 from fabgeo.surfaces.trace_extension import Extended
 
 METHODS: tuple[str, ...] = ("auto", *STARTS)
+MOST_STRIPS, MOST_SEGMENTS = 1_000_000, 10_000
 
 
 @dataclass(frozen=True)
@@ -89,12 +91,22 @@ def start(
     Raises
     ------
     InputError
-        For unknown methods or options, and strip counts that the surface can't hold.
+        For unknown methods, kinds or options, and strip counts that the surface can't hold.
     GeometryError
         If the start folds, naming strip and u.
     """
     if method not in METHODS:
-        raise InputError("start method", f"expected one of {', '.join(METHODS)}, found {method!r}")
+        expected = f"expected one of {', '.join(METHODS)}"
+        raise InputError("start method", f"{expected}, found {shown(method)}")
+    if kind not in KINDS:
+        raise InputError("start kind", f"expected one of {', '.join(KINDS)}, found {shown(kind)}")
+    check_surface("start", surface)
+    for name, value, most in (
+        ("strips", strips, MOST_STRIPS),
+        ("segments", segments, MOST_SEGMENTS),
+    ):
+        if value is not None:  # what a surface can hold is less
+            checked_count(name, value, 0, most)
     if method == "auto":
         found = candidates_of(surface, (strips, segments), direction, kind, options, held)
         words = why(found, surface)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabgeo.arrays import unit
+from fabgeo.arrays import checked_number, unit
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net
 from fabgeo.surfaces.base import DesignSurface, size_of
@@ -35,6 +35,8 @@ def counts(
     width = float(np.linalg.norm(across, axis=-1).mean())
     length = float(np.linalg.norm(along, axis=-1).mean())
     note = ""
+    if sag is not None:
+        checked_number("sag", sag, above=0.0)
     if strips is None:
         target = sag if sag is not None else SAG_SHARE * size_of(surface)
         at = surface.closest(net.evaluate(s, t).reshape(-1, 3))

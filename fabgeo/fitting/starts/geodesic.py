@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fabgeo.arrays import Array, checked, cross, dot, unit
+from fabgeo.arrays import Array, checked, checked_count, checked_number, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.net import Net
@@ -23,6 +23,7 @@ from fabgeo.surfaces.trace_extension import Extended
 
 LINES, STEPS = 25, 32
 SQUARE = 0.9  # width over length, from which on a surface has no longer axis
+MOST_MODELS = 1000  # side by side
 OF_A_PIECE = 40  # chords of a seed curve that several models leave from
 LEAST_LEAN = np.radians(45.0)  # between geodesics and the direction conjugate to them
 ROUNDS = 4  # of seed curves that go on farther, until the surface is covered
@@ -57,6 +58,8 @@ def geodesic_start(
         Which one, from 1, of how many models side by side that cover the surface together; each
         leaves from its piece of the seed curve.
     """
+    checked_number("overhang", overhang)
+    checked_number("angle", angle)
     extended = Extended(surface)
     if seed is None:
         net = _covering_net(extended, direction, angle, overhang, part)
@@ -158,6 +161,7 @@ def part_seed(
         If there is no such part.
     """
     number, count = part
+    checked_count("part", count, 1, MOST_MODELS)
     if not 1 <= number <= count:
         raise InputError("part", f"expected one from 1 to {count}, found {number}")
     line, longer = default_seed(surface, direction), default_seed(surface, direction, ahead)

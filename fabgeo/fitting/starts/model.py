@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from fabgeo.arrays import checked_count
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.net import Net, model_through
 from fabgeo.fitting.store import load_model
-from fabgeo.strips.model import StripModel
+from fabgeo.strips.model import MOST_STRIPS, StripModel
 from fabgeo.surfaces.base import DesignSurface
 
 
@@ -26,6 +27,9 @@ def model_start(
     """
     if seed is None:
         raise InputError("start 'model'", "expected the previous model as seed, found none")
+    if not isinstance(seed, StripModel | str | Path):
+        found = type(seed).__name__
+        raise InputError("start 'model'", f"expected a model or the path of one, found {found}")
     previous = seed if isinstance(seed, StripModel) else load_model(seed)
     strips, segments = strips or previous.strips, segments or previous.segments
     model = previous
@@ -37,6 +41,7 @@ def model_start(
     least = 3 if net.closed_s else 1
     if strips < least:
         raise InputError("strips", f"expected at least {least}, found {strips}")
+    checked_count("strips", strips, least, MOST_STRIPS)
     s, t = net.places(strips), even(segments, net.closed_t)
     model = model_through(net.sampled(s, t), net.closed_t, net.closed_s)
     note = (

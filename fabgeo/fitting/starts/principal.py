@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, cross, dot, unit
+from fabgeo.arrays import Array, BoolArray, checked_number, cross, dot, shown, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.draw import model_of_net
@@ -57,6 +57,7 @@ def principal_start(
     direction = direction or "larger"
     if direction not in ("larger", "smaller"):
         raise InputError("direction", f"expected 'larger' or 'smaller', found {direction!r}")
+    checked_number("overhang", overhang)
     notes = _umbilic_notes(surface)
     net, at = _remembered(surface, seed, overhang)
     if direction == "smaller":
@@ -217,9 +218,12 @@ def _cropped(points: Array, surface: Extended, overhang: float) -> Array:
 
 def _seed(surface: DesignSurface, seed: Any) -> Array:
     if seed is not None:
-        point = np.asarray(seed, dtype=np.float64)
+        try:
+            point = np.asarray(seed, dtype=np.float64)
+        except (TypeError, ValueError):
+            point = np.empty(0)
         if point.shape != (3,) or not np.isfinite(point).all():
-            raise InputError("seed", f"expected a point (x, y, z), found {seed!r}")
+            raise InputError("seed", f"expected a point (x, y, z), found {shown(seed)}")
         return point[None]
     at = surface.sample(400)
     low, high = surface.bounds
