@@ -169,7 +169,7 @@ def _choices(design: Design, panels: Sequence[Cut]) -> dict[str, PanelChoice]:
     choices, inputs = [], []
     for cut in panels:
         choice = replace(design.choices[cut.whole.mark], mark=cut.plate.mark)
-        if cut.plate.mid is not cut.whole.mid and choice.cls != "flat":
+        if cut.plate.mid is not cut.whole.mid and choice.cls in ("cone", "developable"):
             least, largest = plate_radii(cut.plate.mid)
             forming, _ = forming_of(choice.cls, least, sheet_of(design.project))
             choice = replace(choice, radius_min_mm=least, radius_max_mm=largest, forming=forming)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from OCP.BRep import BRep_Tool
@@ -77,8 +78,14 @@ class ReadEdge:
 
     def points(self, count: int) -> Array:
         """Points (count, 3) at even parameters, first and last with them."""
-        t = np.linspace(self.curve.FirstParameter(), self.curve.LastParameter(), count)
-        return np.array([self.curve.Value(at).Coord() for at in t.tolist()])
+        first, last = self.curve.FirstParameter(), self.curve.LastParameter()
+        sites = (first + (last - first) * _even(count)).tolist()
+        return np.array([self.curve.Value(at).Coord() for at in sites])
+
+
+@cache
+def _even(count: int) -> Array:
+    return np.linspace(0.0, 1.0, count)
 
 
 def face_samples(face: TopoDS_Face, count: int) -> FaceSamples:

@@ -15,7 +15,8 @@ from fabgeo.review.findings import Findings
 from fabgeo.review.package import number
 from fabgeo.review.solid_plate import SolidPlate
 
-APEX = 0.02  # mm: two decimals are written; rulings missed it by 0.007 at most, 0.8 km away too
+APEX = 0.02  # mm: two decimals are written; whole panels missed it by 0.007 at most
+SHORT = 2e-4  # mm: rulings that reach 300 times as far as they are long missed it by 0.03
 ANGLE = 0.0015  # degrees: half angles have three decimals; rulings were off by 5e-4 at most
 DISTANCE = 0.06  # mm: radii have one decimal
 RADIUS = 1.5e-5  # relative: 500 edges were off by 4e-6 at most
@@ -42,15 +43,24 @@ def check_axis(
     sine = np.linalg.norm(cross(rulings, np.broadcast_to(axis, rulings.shape)), axis=1)
     angles = np.degrees(np.arctan2(sine, np.abs(rulings @ axis)))
     if kind == "cone":
-        _cone(mark, row, angles, cross(point - rails[0], rulings), findings)
+        ways = np.linalg.norm(rails[1] - rails[0], axis=1), np.linalg.norm(point - rails[0], axis=1)
+        within = APEX + SHORT * float((ways[1] / ways[0]).max())
+        _cone(mark, row, angles, cross(point - rails[0], rulings), within, findings)
     else:
         _cylinder(mark, row, angles, cross(np.concatenate(rails) - point, axis), findings)
 
 
-def _cone(mark: str, row: dict[str, str], angles: Array, missed: Array, findings: Findings) -> None:
+def _cone(
+    mark: str,
+    row: dict[str, str],
+    angles: Array,
+    missed: Array,
+    within: float,
+    findings: Findings,
+) -> None:
     """Angles (n,) of the rulings to the axis, and how they miss the apex (n, 3)."""
     off = float(np.linalg.norm(missed, axis=1).max())
-    if not off <= APEX:
+    if not off <= within:
         findings.add(
             mark, "axis_or_apex: apex on its solid's rulings", "on all", f"{off:.2f} mm off"
         )

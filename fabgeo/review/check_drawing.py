@@ -11,6 +11,7 @@ strokes
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import shapely
@@ -83,8 +84,13 @@ def check_strokes(
 @cache
 def _letters(text: str) -> list[Array]:
     """The strokes of a text with capitals of height 1, x to the right and y upwards."""
+    return [np.array(stroke) / [21.0, -21.0] for stroke in _font().strokes_for_text(text)]
+
+
+@cache
+def _font() -> Any:
     from HersheyFonts import HersheyFonts
 
     font = HersheyFonts()
     font.load_default_font("futural")
-    return [np.array(stroke) / [21.0, -21.0] for stroke in font.strokes_for_text(text)]
+    return font
