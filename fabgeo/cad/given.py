@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fabgeo.arrays import as_numbers, shown
 from fabgeo.cad.read import faces_of_shape
 from fabgeo.cad.read_surface import mesh_surface, read_surface
 from fabgeo.errors import InputError
@@ -57,7 +59,7 @@ def as_surface(given: Any, unit: str = "mm", name: str | None = None) -> DesignS
         surface = NurbsSurface([replace(f, poles=f.poles * found.scale) for f in faces], name)
     else:
         vertices, corners = _mesh_of(given, name)
-        mesh = checked_mesh(name, np.asarray(vertices, dtype=np.float64) * found.scale, corners)
+        mesh = checked_mesh(name, as_numbers(name, vertices) * found.scale, corners)
         surface = mesh_surface(mesh, name)
     check_size(name, size_of(surface), found)
     surface.unit = found
@@ -91,7 +93,7 @@ def _shape_of(given: Any) -> Any | None:
     return wrapped if isinstance(wrapped, TopoDS_Shape) else None
 
 
-def _mesh_of(given: Any, name: str) -> tuple[Any, list[list[int]]]:
+def _mesh_of(given: Any, name: str) -> tuple[Any, list[Any]]:
     """Vertices and faces."""
     if isinstance(given, np.ndarray) and given.ndim == 3 and given.shape[2] == 3:
         rows, columns, _ = given.shape
@@ -103,4 +105,6 @@ def _mesh_of(given: Any, name: str) -> tuple[Any, list[list[int]]]:
     if not isinstance(given, tuple | list) or len(given) != 2:
         raise InputError(name, "is no surface that is known", f"give {KNOWN}")
     vertices, faces = given
-    return vertices, [[int(corner) for corner in face] for face in faces]
+    if not isinstance(faces, Iterable):
+        raise InputError(name, f"has no faces, found {shown(faces)}", f"give {KNOWN}")
+    return vertices, list(faces)

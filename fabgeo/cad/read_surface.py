@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array
+from fabgeo.arrays import Array, checked_number, checked_path, shown
 from fabgeo.errors import InputError
 from fabgeo.surfaces import meshfile
 from fabgeo.surfaces.base import size_of
@@ -69,17 +71,21 @@ def read_surface(
     MissingExtraError
         For 3dm files without the extra ``rhino``.
     """
-    path = Path(path)
+    path = checked_path("read_surface", path)
+    scale = checked_number(f"{path.name}: scale", scale, above=0.0)
     suffix = path.suffix.lower()
-    if unit is not None and unit not in MILLIMETRES:
+    if unit is not None and (not isinstance(unit, str) or unit not in MILLIMETRES):
         raise InputError(path.name, f"unknown unit {unit!r}", f"use {', '.join(MILLIMETRES)}")
     if suffix not in SUFFIXES:
         raise InputError(
             path.name, f"no reader for {suffix or 'a file without suffix'!r} files",
             f"known are {', '.join(SUFFIXES)}",
         )  # fmt: skip
-    if not path.is_file():
-        raise InputError(str(path), "there is no such file", "check the path")
+    if faces is not None and not _are_faces(faces):
+        problem = f"expected numbers or names of faces, found {shown(faces)}"
+        raise InputError(path.name, problem, "give a list")
+    if not os.path.isfile(path):  # a path's own test fails where its name is too long
+        raise InputError(str(path)[:200], "there is no such file", "check the path")
     if suffix in STEP or suffix in IGES or suffix == ".3dm":
         surface, found = _cad(path, unit, faces, piece, scale)
     elif suffix in meshfile.SUFFIXES:
@@ -91,6 +97,14 @@ def read_surface(
     check_size(path.name, size_of(surface), found)
     surface.unit = found
     return surface
+
+
+def _are_faces(faces: Any) -> bool:
+    return (
+        isinstance(faces, Sequence)
+        and not isinstance(faces, str)
+        and all(isinstance(face, int | str) and not isinstance(face, bool) for face in faces)
+    )
 
 
 def mesh_surface(mesh: Mesh, name: str) -> GridSurface | MeshSurface:
