@@ -228,3 +228,10 @@ def test_the_check_knows_the_limits_of_projects_and_their_defaults() -> None:
     for key, own in known.items():
         limit = asked[key]
         assert (own.good, own.warn, own.sense) == (limit.good, limit.warn, limit.sense)
+
+
+def test_limits_of_the_contract_are_those_of_a_project_that_names_none() -> None:
+    """The check has its own: it trusts neither the writer nor what reads projects."""
+    own = Limits().model_dump()
+    assert {key: own[key] for key in DEFAULTS} == DEFAULTS
+    assert own.keys() - DEFAULTS.keys() == {"transport_mm"}
