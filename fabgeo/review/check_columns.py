@@ -50,7 +50,7 @@ def _by_kind(name: str, rows: list[Row]) -> dict[str, list[Row]]:
 
 
 def _filled(name: str, rows: list[Row], measured: Measured, findings: Findings) -> None:
-    """What other rows of a kind state, each states; numbers are numbers."""
+    """What most rows of a kind state, each states; numbers are numbers."""
     shaped = {row.get("class") for row in rows} & {"cylinder", "cone"}
     for column in TABLES[name]:
         key = column.name
@@ -58,7 +58,7 @@ def _filled(name: str, rows: list[Row], measured: Measured, findings: Findings) 
         due = empty if key not in OPTIONAL or (shaped and key in SHAPED) else []
         if key == "sheet":
             due = [row for row in empty if row.get("mark") in measured.on_sheets]
-        elif len(empty) == len(rows):
+        elif 2 * len(empty) > len(rows):  # rather the others are of another kind
             due = []
         for row in due:
             findings.add(_name(name, row), key, "stated", "empty", f"schedules/{name}.csv")

@@ -37,7 +37,12 @@ def _boxes(package: WrittenPackage, measured: Measured, findings: Findings) -> N
     for row in package.tables["plates"]:
         parts[row.get("parent", "")].append(row.get("mark", ""))
     tasks: list[tuple[Row, list[SolidPlate], float | None]] = []
-    panels = {f"C{mark[1:]}": plate for mark, plate in measured.plates.items() if mark[:2] == "P-"}
+    wrong = {finding.part for finding in findings.items}  # no measure for the cells below
+    panels = {
+        f"C{mark[1:]}": plate
+        for mark, plate in measured.plates.items()
+        if mark.startswith("P-") and mark not in wrong
+    }
     trimmed = bool(package.setting("panels", "trim", False))
     joint = float(package.setting("panels", "joint", 0.0))
     for table in ("panels", "beams", "cells"):
