@@ -260,7 +260,8 @@ class View {
     // off they meet.
     const touch = (side, slope) => {
       let [one, other] = [-Infinity, -Infinity];
-      for (const { data: { base } } of this.layers.values()) {
+      for (const { data } of this.layers.values()) {
+        const base = data?.base ?? []; // connectors are instances of one product: they have none
         for (let i = 0; i < base.length; i += 3) {
           const out = slope * (base[i] * way.x + base[i + 1] * way.y + base[i + 2] * way.z);
           const along = base[i] * side.x + base[i + 1] * side.y + base[i + 2] * side.z;
