@@ -209,6 +209,10 @@ class View {
         target.geometry.computeBoundingSphere();
       }
     }
+    // The model grows: step back as far, so that what was seen stays in view.
+    const grown = (1 + 0.7 * amount) / (1 + 0.7 * (this.exploded ?? 0));
+    this.exploded = amount;
+    this.camera.position.sub(this.controls.target).multiplyScalar(grown).add(this.controls.target);
     this.draw();
   }
 
