@@ -82,7 +82,9 @@ class ExactModel:
         count = self.segments * refine
         u = np.arange(count + (0 if self.closed_u else 1)) / refine
         control = spline.interpolate(self.curves(u), self.closed_u)
-        return StripModel(control, self.closed_u, self.closed_i, self.kind, {"start": {"method": self.name}})
+        return StripModel(
+            control, self.closed_u, self.closed_i, self.kind, {"start": {"method": self.name}}
+        )
 
 
 def cylinder(radius: float, height: float, angles: Array, segments: int = 6) -> ExactModel:

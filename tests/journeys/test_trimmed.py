@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -55,3 +56,7 @@ def test_a_dome_cut_by_an_oblique_boundary_passes_its_check(tmp_path: Path) -> N
     assert summary["gap_max_mm"] <= 2.0
     assert summary["failed_verdicts"] == 0
     assert any("panels are cut along the boundary" in note for note in package.design.notes)
+    with (tmp_path / "out/schedules/panels.csv").open(encoding="utf-8", newline="") as file:
+        round_ones = [row for row in csv.DictReader(file) if row["class"] == "cylinder"]
+    assert round_ones
+    assert all(row["radius_min_mm"] == row["radius_max_mm"] for row in round_ones)
