@@ -148,6 +148,11 @@ class ReadPart:
         """Every edge once."""
         return list(read_edges(self.shape))
 
+    def edge_points(self, count: int = 33) -> Array:
+        """Points (k, 3) on every edge: the ends of straight ones, `count` of others."""
+        edges = read_edges(self.shape)
+        return np.concatenate([e.points(2 if e.kind == "line" else count) for e in edges])
+
     def bounding_box(self) -> tuple[Array, Array]:
         """Lowest and highest corner."""
         return measure.bounding_box(self.shape)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from pydantic import ValidationError
@@ -15,18 +16,26 @@ from fabgeo.project.tables import Table
 TRIED = re.compile(r"(list|tuple|dict)\[.*\]|constrained-\w+|int|str|float")
 
 
-def told(error: ValidationError, table: type[Table]) -> str:
+def told(error: ValidationError, table: type[Table], data: object) -> str:
     """All that is wrong in the data of a table, in one line."""
     lines: dict[str, str] = {}
     for item in error.errors():
-        location = tuple(part for part in item["loc"] if not _tried(part))
+        location = tuple(_keys(item["loc"], data))
         key, problem = _line(item, location, table)
         lines[key] = f"{lines[key]}, or {problem}" if key in lines and key else key + problem
     return "; ".join(lines.values())
 
 
-def _tried(part: int | str) -> bool:
-    return isinstance(part, str) and TRIED.fullmatch(part) is not None
+def _keys(location: Iterable[int | str], data: Any) -> Iterator[int | str]:
+    """The parts of a place that are keys: of these data, or missing in them."""
+    for part in location:
+        try:
+            data = data[part]  # a key, whatever its name
+        except (LookupError, TypeError):
+            if isinstance(part, str) and TRIED.fullmatch(part):
+                continue
+            data = None
+        yield part
 
 
 def _line(item: Any, location: tuple[int | str, ...], table: type[Table]) -> tuple[str, str]:

@@ -45,11 +45,12 @@ class Project(Table):
     drawings: bool = True
     ifc: bool = False
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, /, **data: Any) -> None:
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise InputError("project", told(error, type(self)), "mend the keys named") from None
+            problem = told(error, type(self), data)
+            raise InputError("project", problem, "mend the keys named") from None
 
     @field_validator("name")
     @classmethod

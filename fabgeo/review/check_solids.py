@@ -142,6 +142,8 @@ def _measure(part: ReadPart, cut: bool, measured: Measured, findings: Findings) 
             return
         measured.plates[part.name] = plate
         measured.worst("gaussian_curvature_size2", plate.gaussian)
+    elif part.name.startswith("C-"):
+        measured.cells[part.name] = part.edge_points()
 
 
 def _fixing(part: ReadPart) -> int | None:

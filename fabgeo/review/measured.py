@@ -64,6 +64,8 @@ class Measured:
     plates: dict[str, SolidPlate] = field(default_factory=dict)
     volumes: dict[str, float] = field(default_factory=dict)
     centres: dict[str, Array] = field(default_factory=dict)
+    cells: dict[str, Array] = field(default_factory=dict)
+    """Points (k, 3) on the edges of every cell."""
     parts: int = 0
     """Placed solids of the model, the pieces of connectors too."""
     names: dict[str, int] = field(default_factory=dict)
@@ -87,6 +89,7 @@ class Measured:
             "plates",
             "volumes",
             "centres",
+            "cells",
             "fixings",
             "products",
             "flats",
