@@ -140,6 +140,11 @@ def _notes(surface: DesignSurface, umbilic: BoolArray, flat: BoolArray, signs: A
     grid = getattr(surface, "grid", None)
     if grid is not None:
         notes.append(f"a regular grid of {grid.shape[0]} x {grid.shape[1]} points")
+    copies = getattr(surface, "copies", ())
+    if copies:
+        named = ", ".join(face.name or "a face" for face in copies[:3])
+        more = f" and {len(copies) - 3} more" if len(copies) > 3 else ""
+        notes.append(f"copies of other faces are left out: {named}{more}")
     return notes
 
 

@@ -44,6 +44,16 @@ class NurbsFace:
     name: str = ""
     colour: tuple[float, float, float] | None = None
 
+    def same_as(self, other: NurbsFace) -> bool:
+        """Whether both are one piece of surface, whatever they are called."""
+        mine, theirs = self._numbers(), other._numbers()
+        return len(mine) == len(theirs) and all(map(np.array_equal, mine, theirs))
+
+    def _numbers(self) -> list[Array]:
+        weights = np.ones(1) if self.weights is None else self.weights
+        degrees = np.array([self.degree_u, self.degree_v])
+        return [self.poles, weights, self.knots_u, self.knots_v, degrees, *self.trims]
+
     def chart(self) -> BSplineChart:
         """The face's patch, without its trims."""
         return BSplineChart(
@@ -55,6 +65,7 @@ class NurbsSurface(ParametricSurface):
     """A design surface of trimmed B-spline faces.
 
     Faces are turned to agree along the edges they share; `loops` holds free edges only.
+    A face that is there twice is taken once: no edge of it would be free.
 
     Parameters
     ----------
@@ -63,6 +74,12 @@ class NurbsSurface(ParametricSurface):
         For messages, such as the file's name.
     tolerance : float, optional
         Borders closer than this are one edge; default 1e-5 of the size.
+
+    Attributes
+    ----------
+    faces : tuple of NurbsFace
+    copies : tuple of NurbsFace
+        The same again, left out.
     """
 
     def __init__(
@@ -70,16 +87,30 @@ class NurbsSurface(ParametricSurface):
     ) -> None:
         if not faces:
             raise InputError(name, "holds no face", "export surfaces, not curves or meshes")
-        self.faces = tuple(faces)
-        charts = [face.chart() for face in faces]
+        self.faces, self.copies = _once(faces)
+        charts = [face.chart() for face in self.faces]
         trims = []
-        for face, chart in zip(faces, charts, strict=True):
+        for face, chart in zip(self.faces, charts, strict=True):
             where = f"{name}, {face.name or 'face'}"
             if np.abs(face.poles).max() > ABSURD:
                 raise InputError(where, f"has a pole beyond {ABSURD:g} mm", "rebuild the face")
             trim = _checked_trim(where, face.trims)
             trims.append(None if trim is None or trim.is_whole(chart) else trim)
         super().__init__(name, charts, trims, tolerance)
+
+
+def _once(faces: Sequence[NurbsFace]) -> tuple[tuple[NurbsFace, ...], tuple[NurbsFace, ...]]:
+    """Faces that differ, and copies of them."""
+    alike: dict[bytes, list[NurbsFace]] = {}
+    own, copies = [], []
+    for face in faces:
+        others = alike.setdefault(np.asarray(face.poles, dtype=np.float64).tobytes(), [])
+        if any(face.same_as(other) for other in others):
+            copies.append(face)
+            continue
+        others.append(face)
+        own.append(face)
+    return tuple(own), tuple(copies)
 
 
 def _checked_trim(where: str, loops: tuple[Array, ...]) -> Trim | None:

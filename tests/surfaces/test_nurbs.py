@@ -7,6 +7,7 @@ from scipy.spatial import KDTree
 
 from fabgeo.errors import InputError
 from fabgeo.surfaces.bspline import BSplineChart, Pieces, basis_functions
+from fabgeo.surfaces.inspect import inspect
 from fabgeo.surfaces.nurbs import NurbsFace, NurbsSurface
 
 RANDOM = np.random.default_rng(3)
@@ -180,6 +181,20 @@ def test_shared_edges_are_not_boundary():
     at = surface.closest(np.array([[2.5, 0.5, -0.5], [-1.0, 0.5, 0.0]]))
     assert at.point == pytest.approx(np.array([[2.0, 0.5, 0.0], [0.0, 0.5, 0.0]]), abs=1e-9)
     assert at.on_boundary.tolist() == [False, True]
+
+
+def test_a_face_that_is_there_twice_is_taken_once():
+    """Else none of its edges would be free, and the surface without boundary."""
+    face = plane_face([0, 0, 0], [2, 0, 0], [0, 1, 0], name="slab")
+    beside = plane_face([2, 0, 0], [2, 0, 0], [0, 1, 0])
+    again = plane_face([0, 0, 0], [2, 0, 0], [0, 1, 0], name="slab again")
+    surface = NurbsSurface([face, beside, again, face])
+    assert surface.faces == (face, beside)
+    (loop,) = surface.loops
+    assert np.linalg.norm(np.roll(loop, -1, 0) - loop, axis=1).sum() == pytest.approx(10.0)
+    found = inspect(surface)
+    assert found.area_m2 == pytest.approx(4.0e-6)
+    assert any("left out: slab again, slab" in note for note in found.notes)
 
 
 def test_against_dense_samples():
