@@ -14,6 +14,8 @@ from fabgeo.surfaces.mesh import ABSURD
 from fabgeo.surfaces.parametric import ParametricSurface
 from fabgeo.surfaces.trims import Trim
 
+NO_AREA = 1e-9  # of the box around it
+
 
 @dataclass(frozen=True, eq=False)
 class NurbsFace:
@@ -119,7 +121,7 @@ def _checked_trim(where: str, loops: tuple[Array, ...]) -> Trim | None:
     Raises
     ------
     InputError
-        If a loop crosses itself.
+        If a loop crosses itself, or all of them enclose nothing.
     """
     if not loops:
         return None
@@ -132,10 +134,14 @@ def _checked_trim(where: str, loops: tuple[Array, ...]) -> Trim | None:
             at = np.round(loop.mean(axis=0), 4)
             # A touch or a fold within the sampling of the curve is not a crossing.
             mended = shapely.make_valid(ring)
-            if abs(mended.area - abs(ring.area)) > 1e-3 * max(mended.area, abs(ring.area)):
+            least = NO_AREA * float(np.prod(np.ptp(loop, axis=0)))
+            if abs(mended.area - ring.area) > 1e-3 * max(mended.area, ring.area, least):
                 raise InputError(
                     where,
                     f"a trimming loop around u, v = {at.tolist()} crosses itself ({why})",
                     "repair the face in the CAD program (untrim and trim again)",
                 )
+    around = np.prod(np.ptp(np.concatenate(loops), axis=0))
+    if max(shapely.Polygon(loop).area for loop in loops) <= NO_AREA * around:
+        raise InputError(where, "its trimming loops enclose no area", "delete the face")
     return Trim(loops)

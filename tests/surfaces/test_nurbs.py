@@ -218,6 +218,16 @@ def test_a_crossing_trim_is_refused():
         NurbsSurface([face])
 
 
+@pytest.mark.parametrize("end", [(0.9, 0.5), (0.9, 0.9)])
+def test_a_trim_without_area_is_refused(end: tuple[float, float]):
+    there = np.linspace([0.1, 0.5], end, 5)
+    face = plane_face(
+        [0, 0, 0], [1, 0, 0], [0, 1, 0], (np.vstack([there, there[-2:0:-1]]),), "line"
+    )
+    with pytest.raises(InputError, match="nurbs, line: its trimming loops enclose no area"):
+        NurbsSurface([face])
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
