@@ -20,6 +20,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabgeo.arrays import Array, BoolArray, IntArray, dot, unit
+from fabgeo.errors import InputError
 from fabgeo.surfaces.chart import Chart
 from fabgeo.surfaces.trims import Trim, chords, resampled
 
@@ -58,8 +59,21 @@ class Border:
     loops: tuple[Array, ...]
 
     @classmethod
-    def of(cls, charts: Sequence[Chart], trims: Sequence[Trim], size: float, tol: float) -> Border:
-        """The border of charts with trims; segments are at most size / 300 long."""
+    def of(
+        cls,
+        charts: Sequence[Chart],
+        trims: Sequence[Trim],
+        size: float,
+        tol: float,
+        name: str = "surface",
+    ) -> Border:
+        """The border of charts with trims; segments are at most size / 300 long.
+
+        Raises
+        ------
+        InputError
+            If all loops are points beside the size: some point lies far off.
+        """
         uv: list[Array] = []
         uv_end: list[Array] = []
         face: list[IntArray] = []
@@ -77,6 +91,9 @@ class Border:
         f, n = np.concatenate(face), np.concatenate(loop)
         point, end = chords(charts, f, a), chords(charts, f, b)
         keep = np.linalg.norm(end - point, axis=1) > 1e-9 * size  # no segments inside a pole
+        if not keep.any():
+            cure = "look for points far off the others, and take them out"
+            raise InputError(name, f"its border is a point beside its size of {size:.3g} mm", cure)
         a, b, f, n, point, end = a[keep], b[keep], f[keep], n[keep], point[keep], end[keep]
         middle = chords(charts, f, (a + b) / 2.0)
         partner = _partners(point, end, middle, f, n, tol)

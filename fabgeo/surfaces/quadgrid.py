@@ -13,6 +13,8 @@ from fabgeo.surfaces.bspline import BSplineChart
 from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.parametric import ParametricSurface
 
+SWING = 2.0  # times the extent of its points that a surface through them may have
+
 
 @dataclass(frozen=True, eq=False)
 class QuadGrid:
@@ -112,6 +114,11 @@ class GridSurface(ParametricSurface):
     name : str
     mesh : Mesh, optional
         The mesh it came from.
+
+    Raises
+    ------
+    InputError
+        If the grid is too small, or so uneven that its surface swings far out between the points.
     """
 
     def __init__(
@@ -130,6 +137,14 @@ class GridSurface(ParametricSurface):
             raise InputError(name, f"a grid of {self.grid.shape[:2]} points is too small")
         chart = interpolating_chart(self.grid, closed_rows, closed_columns)
         super().__init__(name, [chart])
+        extent = float(np.linalg.norm(np.ptp(self.grid.reshape(-1, 3), axis=0)))
+        if self.size > SWING * extent:
+            raise InputError(
+                name,
+                f"the smooth surface through its {extent:.4g} mm wide grid swings out to "
+                f"{self.size:.4g} mm: the lines of the grid are too uneven",
+                "look for points far off the others, or give triangles",
+            )
 
 
 def interpolating_chart(

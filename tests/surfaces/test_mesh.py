@@ -311,3 +311,13 @@ def test_a_ply_file_that_ends_too_early_is_refused(tmp_path):
 def test_what_is_no_mesh_is_refused(vertices, faces, words):
     with pytest.raises(InputError, match=words):
         checked_mesh("a", vertices, faces)
+
+
+@pytest.mark.parametrize("far", [1e3, 1e6])
+def test_a_grid_whose_surface_would_swing_out_between_its_points_is_refused(far: float) -> None:
+    """One point of 30 far off: at 100 times its place the surface stays within 3 %."""
+    i, j = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
+    grid = np.stack([i, j, 0.1 * i * j], axis=-1) * 1000.0
+    grid[-1, -1] *= far
+    with pytest.raises(InputError, match=r"net: .*look for points far off the others"):
+        GridSurface(grid, name="net")
