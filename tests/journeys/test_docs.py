@@ -38,6 +38,7 @@ def test_the_readme_runs(tmp_path: Path) -> None:
         "assert all(p.color is not None and p.volume > 0 for p in panels.children)",
         "assert set(solids) == set(flats) | {cell.mark for cell in made.cells}",
         "assert nests and not any(nest.unplaced for nest in nests)",
+        "assert fabgeo.measure(result.model, surface).covered_share > 0.999",
     )
     (tmp_path / "fixtures").symlink_to(DOCS.parent / "fixtures")
     (tmp_path / "readme.py").write_text("\n".join(told))
