@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fabgeo.build import build_package as build_package
     from fabgeo.build import design as design
     from fabgeo.cad.given import as_surface as as_surface
+    from fabgeo.cad.read_surface import read_surface as read_surface
     from fabgeo.errors import FabgeoError as FabgeoError
     from fabgeo.errors import GeometryError as GeometryError
     from fabgeo.errors import InputError as InputError
@@ -70,19 +71,19 @@ _WHERE = {
     "spline": "",
 }
 
-__all__ = sorted([*_WHERE, "__version__"])
 
+if not TYPE_CHECKING:  # checkers read the names above: one that is none is an error to them, too
+    __all__ = sorted([*_WHERE, "__version__"])
 
-def __getattr__(name: str) -> Any:
-    if name not in _WHERE:
-        raise AttributeError(f"module 'fabgeo' has no attribute {name!r}")
-    room = _WHERE[name]
-    if not room:
-        return importlib.import_module(f"fabgeo.{name}")
-    value = getattr(importlib.import_module(f"fabgeo.{room}"), name)
-    globals()[name] = value
-    return value
+    def __dir__() -> list[str]:
+        return list(__all__)
 
-
-def __dir__() -> list[str]:
-    return list(__all__)
+    def __getattr__(name: str) -> Any:
+        if name not in _WHERE:
+            raise AttributeError(f"module 'fabgeo' has no attribute {name!r}")
+        room = _WHERE[name]
+        if not room:
+            return importlib.import_module(f"fabgeo.{name}")
+        value = getattr(importlib.import_module(f"fabgeo.{room}"), name)
+        globals()[name] = value
+        return value

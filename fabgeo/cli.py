@@ -1,6 +1,7 @@
 """The `fabgeo` command: arguments in, exit codes out; the work is done in `fabgeo.build`.
 
-Exit codes: 0 all within limits, 1 built but some verdict fails, 2 bad input, 3 internal failure.
+Exit codes: 0 all within limits, 1 built but some verdict fails, 2 bad input, 3 internal failure,
+130 interrupted.
 """
 
 from __future__ import annotations
@@ -176,6 +177,7 @@ def tradeoff(
 def main() -> NoReturn:
     """Run the command; errors of fabgeo become one line and an exit code."""
     stopped = _stoppable()
+    _keep_output()
     try:
         app(standalone_mode=True)
     except FabgeoError as error:
@@ -213,6 +215,22 @@ def _stoppable() -> list[int]:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupt)
     return came
+
+
+def _keep_output() -> None:
+    """Keep standard output for the command's own words: scripts expect JSON alone there.
+
+    Libraries print from C (HiGHS tells its version), also in other processes: that goes nowhere.
+    """
+    own = sys.stdout
+    if own is None or own.fileno() != 1:
+        return
+    own.flush()
+    kept = open(os.dup(1), "w", buffering=1, encoding=own.encoding, errors=own.errors)  # noqa: SIM115
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+    sys.stdout = kept
 
 
 @contextmanager

@@ -22,7 +22,11 @@ from typing import Any
 from fabgeo.build.plain import digest, pack, unpack
 from fabgeo.errors import InputError
 
-LIBRARIES = ("numpy", "scipy", "cadquery-ocp-novtk", "cadquery-ocp", "packingsolver", "spyrrow")
+LIBRARIES = (  # whose results are in entries and in files that are taken over
+    *("numpy", "scipy", "pypardiso", "highspy", "packingsolver", "spyrrow", "shapely", "trimesh"),
+    *("cadquery-ocp-novtk", "cadquery-ocp", "build123d", "bd_warehouse", "rhino3dm"),
+    *("ezdxf", "hershey-fonts", "matplotlib", "reportlab"),
+)
 CHECKSUM = 32  # bytes
 
 

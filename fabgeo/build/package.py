@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     import build123d
     import cadquery
 
-LIBRARIES = ("numpy", "scipy", "build123d", "ezdxf", "packingsolver", "spyrrow")
+LIBRARIES = ("numpy", "scipy", "build123d", "ezdxf", "highspy", "packingsolver", "spyrrow")
 
 
 @dataclass(frozen=True)

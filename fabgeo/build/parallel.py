@@ -36,6 +36,8 @@ CRASHED = "the process that worked on it died, again when it was alone"
 
 # joblib lets a worker go whose memory grew, between two parts: nothing is lost by it
 warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
+# and tells of work left undone where an error, which says what to do, ends the build
+warnings.filterwarnings("ignore", message=r"\d+ tasks (have been successfully|which were still)")
 
 
 @dataclass(frozen=True)

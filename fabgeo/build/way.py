@@ -18,7 +18,7 @@ from fabgeo.build.cache import Cache
 from fabgeo.build.fitted import Fitted, named, parts_of, patches_of, side_by_side, starts_of
 from fabgeo.build.fixings import fixings_of
 from fabgeo.build.flats import flats_of, refuse_oversize
-from fabgeo.build.folder import open_folder
+from fabgeo.build.folder import Folder, open_folder
 from fabgeo.build.geometry import Design, pair_of, structure_of
 from fabgeo.build.giving import given_way
 from fabgeo.build.materials import in_materials
@@ -38,6 +38,7 @@ from fabgeo.errors import GeometryError
 from fabgeo.fitting.fit import FitResult
 from fabgeo.fitting.starts import Start
 from fabgeo.project import Project
+from fabgeo.review.ifc import need_ifc
 from fabgeo.strips.model import Patch, StripModel
 from fabgeo.structures.fixing import Fixing
 from fabgeo.surfaces.base import DesignSurface
@@ -98,13 +99,11 @@ def design(
     made = in_materials(made)
     if project.cells or project.beams:
         with clock.stage("structure"):
-            structure = _structure(project, made, whole, cache)
-            made = straightened(replace(made, **structure))
+            made = straightened(replace(made, **_structure(project, made, whole, cache)))
     if project.connectors:
         with clock.stage("connectors"):
-            made = replace(
-                made, **fixings_of(project, made.panels, made.beams, jobs, cache, fixing)
-            )
+            fixed = fixings_of(project, made.panels, made.beams, jobs, cache, fixing)
+            made = replace(made, **fixed)
     if project.crossed:
         with clock.stage("crossed"):
             made = crossed_by(made, base)
@@ -145,34 +144,37 @@ def build_package(
     ------
     InputError, GeometryError
         For bad input; nothing is written then.
+    MissingExtraError
+        If the project asks for what an extra brings that is not installed.
     """
+    project, base = project_of(project, surface, base)
+    if project.ifc:
+        need_ifc()
     clock = Clock(listener)
     with open_folder(checked_path("out", out)) as folder:
         cache = Cache(folder.cache, fresh)
         if fresh:
             folder.forget()
-        made = design(
-            project,
-            surface=surface,
-            base=base,
-            clock=clock,
-            cache=cache,
-            jobs=jobs,
-            fixing=fixing,
-        )
-        with clock.stage("classes"):
-            made = replace(made, tradeoff=_tradeoff(made, cache))
-        with clock.stage("unfold", len(made.plates)):
-            flats = flats_of(made.project, made.plates, jobs, clock, cache)
-            refuse_oversize(made.project, made.plates, flats)
-        with clock.stage("nest"):
-            nests = nests_of(made.project, made.plates, flats, clock, cache, jobs)
-        parts = (*made.plates, *made.cells)
-        with clock.stage("solids", len(parts)):
-            built = solids_of(parts, jobs, clock, cache)
-        package = write_package(folder, made, flats, nests, built, clock, jobs, cache)
+        shared: dict[str, Any] = {"clock": clock, "cache": cache, "jobs": jobs}
+        made = design(project, surface=surface, base=base, fixing=fixing, **shared)
+        package = _written(folder, made, **shared)
         cache.prune()
         return package
+
+
+def _written(folder: Folder, made: Design, clock: Clock, cache: Cache, jobs: int | None) -> Package:
+    """Flat parts, nests and solids of a design, and every file of its package."""
+    with clock.stage("classes"):
+        made = replace(made, tradeoff=_tradeoff(made, cache))
+    with clock.stage("unfold", len(made.plates)):
+        flats = flats_of(made.project, made.plates, jobs, clock, cache)
+        refuse_oversize(made.project, made.plates, flats)
+    with clock.stage("nest"):
+        nests = nests_of(made.project, made.plates, flats, clock, cache, jobs)
+    parts = (*made.plates, *made.cells)
+    with clock.stage("solids", len(parts)):
+        built = solids_of(parts, jobs, clock, cache)
+    return write_package(folder, made, flats, nests, built, clock, jobs, cache)
 
 
 def _skinned(

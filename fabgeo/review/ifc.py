@@ -22,13 +22,19 @@ from typing import Any
 import numpy as np
 
 from fabgeo.arrays import Array, IntArray, cross
-from fabgeo.errors import InputError
+from fabgeo.errors import MissingExtraError
 from fabgeo.review.record import ReviewRecord, Row
 from fabgeo.review.verdicts import judged
 
 ROLES = {"web": "WEB_PLATE", "flange_inner": "FLANGE_PLATE", "flange_outer": "FLANGE_PLATE"}
 MEASURES = {"mm": "IfcLengthMeasure", "kg": "IfcMassMeasure", "m2": "IfcAreaMeasure"}
 SKIPPED = ("mark", "reason", "sheet_rotation_deg")
+
+
+def need_ifc() -> None:
+    """Refuse at once what `write_ifc` could not do after all other work."""
+    if importlib.util.find_spec("ifcopenshell") is None:
+        raise MissingExtraError("ifc", "ifc")
 
 
 def write_ifc(path: Path, record: ReviewRecord) -> Path:
@@ -41,11 +47,10 @@ def write_ifc(path: Path, record: ReviewRecord) -> Path:
 
     Raises
     ------
-    InputError
-        If ifcopenshell is not installed.
+    MissingExtraError
+        Without the extra ``ifc``.
     """
-    if importlib.util.find_spec("ifcopenshell") is None:
-        raise InputError("ifc", "needs ifcopenshell", 'install "fabgeo[ifc]"')
+    need_ifc()
     path.parent.mkdir(parents=True, exist_ok=True)
     _Model(judged(record)).file.write(str(path))
     return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from journey_helpers import DOME, fabgeo
 
 from fabgeo.build import build_package, design
 from fabgeo.build.fitted import lane_counts, patches_of
-from fabgeo.errors import GeometryError, InputError
+from fabgeo.errors import GeometryError, InputError, MissingExtraError
 from fabgeo.project import parse_project
 from fabgeo.strips.model import StripModel
 
@@ -183,3 +184,13 @@ def test_panels_without_number_are_refused_by_key() -> None:
             patches_of(project, model.divided(lane_counts(project, model)))
     project = parse_project({"surface": FORMULA, "panels": {"count": 100_000}})
     assert len(patches_of(project, model)) == 300_000
+
+
+def test_an_extra_that_is_missing_is_told_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fabgeo.review.ifc.importlib.util.find_spec", lambda _: None)
+    out = tmp_path / "out"
+    with pytest.raises(MissingExtraError, match=re.escape('pip install "fabgeo[ifc]"')):
+        build_package({"surface": FORMULA, "ifc": True}, out)
+    assert not out.exists()
