@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,15 @@ type BoolArray = npt.NDArray[np.bool_]
 type IndexArray = npt.NDArray[np.intp]
 type ComplexArray = npt.NDArray[np.complex128]
 
+FARTHEST = 1e12  # coordinate in any unit of length: products of several of them stay numbers
+
 
 def checked(
     name: str,
     value: npt.ArrayLike,
     shape: Sequence[int | str | None],
     sizes: dict[str, int] | None = None,
+    most: float = np.inf,
 ) -> Array:
     """Return `value` as a finite float64 array of the given shape.
 
@@ -38,11 +42,14 @@ def checked(
         equal sizes, over all calls that share `sizes`.
     sizes : dict, optional
         The linked dimensions seen so far; updated.
+    most : float, optional
+        Largest absolute value that it may hold.
 
     Raises
     ------
     InputError
-        If the value is not numeric, has another shape or holds a value that is not finite.
+        If the value is not numeric, has another shape or holds a value that is not finite, or is
+        larger than `most`.
     """
     array = as_numbers(name, value, f" of shape {_words(shape)}")
     sizes = {} if sizes is None else sizes
@@ -55,17 +62,33 @@ def checked(
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError(name, f"holds a value that is not finite at index {at}", "remove it")
+    if np.isfinite(most) and array.size and (found := float(np.abs(array).max())) > most:
+        raise InputError(name, f"expected numbers up to {most:g}, found one of {found:.3g}")
     return array
 
 
 def as_numbers(name: str, value: npt.ArrayLike, what: str = "") -> Array:
-    """Return `value` as a float64 array, whatever its shape; raise InputError if it is none."""
+    """Return `value` as a float64 array, whatever its shape; raise InputError if it is none.
+
+    Text, truth values, dates and what a mask hides are no numbers, though numpy makes some of them.
+    """
     try:
-        if np.iscomplexobj(value):
-            raise TypeError("found complex ones")
-        return np.asarray(value, dtype=np.float64)
+        array = np.asarray(value)
+        kind = array.dtype.kind
+        if kind not in "fiu" and not (kind == "O" and all(map(_is_real, array.flat))):
+            raise TypeError(f"found {_NO_NUMBERS.get(kind, shown(value))}")
+        if np.ma.is_masked(value):
+            raise TypeError("found masked ones")
+        return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(name, f"expected numbers{what}: {error}") from error
+
+
+_NO_NUMBERS = {"b": "truth values", "c": "complex ones", "U": "text", "S": "bytes"}
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def frozen(
@@ -73,9 +96,10 @@ def frozen(
     value: npt.ArrayLike,
     shape: Sequence[int | str | None],
     sizes: dict[str, int] | None = None,
+    most: float = np.inf,
 ) -> Array:
     """Like `checked`, but a private copy that can't be written to."""
-    array = np.array(checked(name, value, shape, sizes), dtype=np.float64, copy=True)
+    array = np.array(checked(name, value, shape, sizes, most), dtype=np.float64, copy=True)
     array.flags.writeable = False
     return array
 
@@ -85,10 +109,11 @@ def set_frozen(
     name: str,
     shape: Sequence[int | str | None],
     sizes: dict[str, int] | None = None,
+    most: float = np.inf,
 ) -> None:
     """Check, copy and freeze the array attribute `name` of a frozen dataclass in place."""
     label = f"{type(noun).__name__}.{name}"
-    object.__setattr__(noun, name, frozen(label, getattr(noun, name), shape, sizes))
+    object.__setattr__(noun, name, frozen(label, getattr(noun, name), shape, sizes, most))
 
 
 def checked_count(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
@@ -104,6 +129,13 @@ def checked_count(name: str, value: Any, least: int = 1, most: int | None = None
         bounds = f"{least:,} or more" if most is None else f"from {least:,} to {most:,}"
         raise InputError(name, f"expected a whole number {bounds}, found {shown(value)}")
     return int(value)
+
+
+def checked_flag(name: str, value: Any) -> bool:
+    """Return `value` if it is True or False; raise InputError else."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(name, f"expected True or False, found {shown(value)}")
+    return bool(value)
 
 
 def checked_number(

@@ -17,17 +17,28 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solve_banded
 
-from fabgeo.arrays import Array, IntArray, as_numbers, checked, checked_count, checked_number
+from fabgeo.arrays import (
+    Array,
+    IntArray,
+    as_numbers,
+    checked,
+    checked_count,
+    checked_flag,
+    checked_number,
+)
 from fabgeo.errors import InputError
 
 MOST_SEGMENTS = 1_000_000  # of one curve
+LARGEST = 1e100  # coordinate, so that a curve's points are numbers
+FARTHEST_U = 1e15  # beyond it parameters have no fractions left
 # Rows: powers of the local parameter t; columns: the four control points of a segment.
 _POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0
 
 
 def segments_of(count: int, closed: bool) -> int:
     """Number of segments of a curve with `count` control points."""
-    return count if closed else count - 3
+    least = 3 if checked_flag("closed", closed) else 4
+    return checked_count("control points of a curve", count, least) - (0 if closed else 3)
 
 
 def basis(u: Array, segments: int, closed: bool, derivative: int = 0) -> tuple[IntArray, Array]:
@@ -51,9 +62,16 @@ def basis(u: Array, segments: int, closed: bool, derivative: int = 0) -> tuple[I
         Which control points act.
     value : (k, 4) array
         With which weight.
+
+    Raises
+    ------
+    InputError
+        If a parameter is not finite, or one of the others is something else.
     """
-    u = np.asarray(_numbers("u", u, 0), dtype=np.float64)
-    if closed:
+    u = checked_parameters("u", u)
+    checked_count("segments", segments, 1, MOST_SEGMENTS)
+    checked_count("derivative", derivative, 0, 3)
+    if checked_flag("closed", closed):
         u = np.mod(u, segments)
     span = np.clip(np.floor(u).astype(np.int64), 0, segments - 1)
     t = u - span
@@ -80,10 +98,13 @@ def evaluate(control: Array, u: Array, closed: bool = False, derivative: int = 0
     Returns
     -------
     (..., k, d) array
+
+    Raises
+    ------
+    InputError
+        If these are no control points and parameters, or hold a value that is not finite.
     """
-    control, u = _curves("evaluate", control, closed), _numbers("u", u, 1)
-    if u.ndim != 1:
-        raise InputError("evaluate", f"expected parameters (k,), found shape {u.shape}")
+    control, u = _curves("evaluate", control, closed), checked_parameters("u", u, 1)
     index, value = basis(u, segments_of(control.shape[-2], closed), closed, derivative)
     return np.einsum("...kad,ka->...kd", control[..., index, :], value)
 
@@ -121,6 +142,7 @@ def interpolate(points: Array, closed: bool = False) -> Array:
     """
     points = _numbers("interpolate", points, 2)
     count = points.shape[-2]
+    checked_flag("interpolate closed", closed)
     if count < (3 if closed else 4):
         raise InputError("interpolate", f"needs {3 if closed else 4} points or more, found {count}")
     flat = np.moveaxis(points, -2, 0).reshape(count, -1)
@@ -158,12 +180,14 @@ def _interpolate_open(flat: Array) -> Array:
     put(unknowns - 1, unknowns - 5, third)
     for j in range(count):
         put(j + 1, j, np.array([1.0, 4.0, 1.0]) / 6.0)
-    return solve_banded((4, 4), band, checked("interpolate", right, (None, None)))
+    return solve_banded((4, 4), band, right)
 
 
 def greville(knots: Array, degree: int = 3) -> Array:
     """Greville points of a clamped knot vector: as many as control points."""
-    knots = _numbers("greville", knots, 1)
+    knots = checked_parameters("greville", knots, 1)
+    if (np.diff(knots) < 0.0).any():
+        raise InputError("greville", "expected ascending knots")
     checked_count("greville degree", degree, 1, max(len(knots) - 2, 1))
     windows = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
     # Means of equal knots may round past the ends.
@@ -175,6 +199,8 @@ def clamped_knots(u0: float, u1: float, segments: int) -> Array:
     _check_interval("clamped_knots", u0, u1)
     checked_count("clamped_knots segments", segments, 1, MOST_SEGMENTS)
     inner = np.linspace(u0, u1, segments + 1)
+    if not (np.diff(inner) > 0.0).all():
+        raise InputError("clamped_knots", f"no room for {segments} spans between {u0} and {u1}")
     return np.concatenate([[u0] * 3, inner, [u1] * 3])
 
 
@@ -223,24 +249,35 @@ def checked_control(name: str, control: Array, closed: bool) -> Array:
 def _curves(name: str, control: Array, closed: bool) -> Array:
     """Control points (..., c, d): enough for one segment."""
     control = _numbers(name, control, 2)
+    checked_flag(f"{name} closed", closed)
     least, found = 3 if closed else 4, control.shape[-2]
     if found < least:
         raise InputError(name, f"needs {least} control points a curve, found {found}")
     return control
 
 
-def _numbers(name: str, value: Array, least: int) -> Array:
-    """An array of `least` or more dimensions, made of lists where they are given."""
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiuc":
-        value = as_numbers(name, value)
-    if value.ndim < least:
-        raise InputError(name, f"expected {least} dimensions or more, found shape {value.shape}")
-    return value
+def checked_parameters(name: str, u: Array, dimensions: int | None = None) -> Array:
+    """Return parameters of a curve as finite numbers; raise InputError if they are none."""
+    array = _numbers(name, u, dimensions or 0, FARTHEST_U)
+    if dimensions is not None and array.ndim != dimensions:
+        raise InputError(name, f"expected parameters (k,), found shape {array.shape}")
+    return array
+
+
+def _numbers(name: str, value: Array, least: int, most: float = LARGEST) -> Array:
+    """Finite numbers up to `most` as an array of `least` or more dimensions."""
+    array = as_numbers(name, value)
+    if array.ndim < least:
+        raise InputError(name, f"expected {least} dimensions or more, found shape {array.shape}")
+    if not (np.abs(array) <= most).all():
+        raise InputError(name, f"holds a value that is not finite, or beyond {most:g}")
+    return array
 
 
 def _check_interval(name: str, u0: float, u1: float) -> None:
     if not checked_number(f"{name} u0", u0) < checked_number(f"{name} u1", u1):
         raise InputError(name, f"expected u0 < u1, found {u0:g} and {u1:g}")
+    checked_parameters(name, np.array([u0, u1]))
 
 
 def clip(control: Array, closed: bool, u0: float, u1: float) -> tuple[Array, Array]:

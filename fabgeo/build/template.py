@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+from fabgeo.arrays import checked_path
 from fabgeo.errors import InputError
 
 TEMPLATE = """\
@@ -111,11 +113,18 @@ def write_template(path: Path) -> Path:
     Raises
     ------
     InputError
-        If the file is there already, or its folder is not.
+        If something of that name is there already, be it a link that leads nowhere; if its folder
+        is not, or nothing can be written there.
     """
-    if path.exists():
+    path = checked_path("project file", path)
+    if os.path.lexists(path):
         raise InputError(str(path), "is there already", "choose another name")
-    if not path.parent.is_dir():
-        raise InputError(str(path.parent), "no such folder", "make it first")
-    path.write_text(TEMPLATE, encoding="utf-8")
+    if not os.path.isdir(path.parent):
+        raise InputError(str(path.parent)[:200], "no such folder", "make it first")
+    try:
+        with path.open("x", encoding="utf-8") as file:  # follows no link
+            file.write(TEMPLATE)
+    except (OSError, UnicodeEncodeError) as error:
+        problem = error.strerror if isinstance(error, OSError) else error.reason
+        raise InputError(ascii(str(path))[1:201], f"cannot be written: {problem}") from error
     return path

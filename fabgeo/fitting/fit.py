@@ -11,6 +11,7 @@ from fabgeo.fitting.result import FitResult, Listener, Progress
 from fabgeo.fitting.run import WITHIN_REACH, Run
 from fabgeo.fitting.store import check_info
 from fabgeo.fitting.verdict import excess_of
+from fabgeo.strips.frames import check_lengths, frames
 from fabgeo.strips.model import KINDS, Kind, StripModel, check_model
 from fabgeo.surfaces.base import DesignSurface, check_surface
 from fabgeo.surfaces.trace_extension import Extended
@@ -51,13 +52,14 @@ def fit(
         If an argument is something else (a Start holds its model: ``start.model``), the kind is
         unknown or options contradict the surface.
     GeometryError
-        If a strip of the start folds over; names strip and u.
+        If a strip of the start folds over, or has no normal; names strip and u.
     """
     if kind not in KINDS:
         raise InputError("fit", f"expected a kind of {KINDS}, found {shown(kind)}")
     check_surface("fit", surface)
     check_model("fit", start)
     check_info("fit: info", start.info)
+    check_lengths("start", frames(start, start.parameters(2)))
     options = FitOptions() if options is None else options
     if not isinstance(options, FitOptions):
         raise InputError("fit", f"expected FitOptions, found {shown(options)}")

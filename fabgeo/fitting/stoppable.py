@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from fabgeo.arrays import shown
+from fabgeo.errors import InputError
 from fabgeo.fitting.result import Listener, Progress
 
 
@@ -21,11 +23,18 @@ def stoppable(listener: Listener | None = None) -> Iterator[Listener]:
     listener : callable, optional
         Told the progress as well; its answer counts too.
 
+    Raises
+    ------
+    InputError
+        If the listener is no function.
+
     Examples
     --------
     >>> with stoppable() as listener:  # doctest: +SKIP
     ...     result = fit(surface, start.model, listener=listener)
     """
+    if listener is not None and not callable(listener):
+        raise InputError("stoppable", f"expected a function as listener, found {shown(listener)}")
     stopped = False
 
     def stop(number: int, frame: FrameType | None) -> None:

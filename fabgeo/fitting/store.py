@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -125,6 +126,8 @@ def load_model(path: str | Path) -> StripModel:
         raise InputError(f"{where}: info", f"expected an object, found {shown(info)}")
     check_info(f"{where}: info", info)
     control = checked(f"{where}: control", data["control"], ("edges", "points", 3))
+    if any(isinstance(value, bool) for row in data["control"] for value in chain(*row)):
+        raise InputError(f"{where}: control", "expected numbers, found truth values")
     info = {**info, "unit": data["unit"], "history": data.get("history", [])}
     return StripModel(control, data["closed_u"], data["closed_i"], data["kind"], info)
 

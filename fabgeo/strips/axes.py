@@ -20,7 +20,14 @@ import numpy as np
 
 from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError
-from fabgeo.strips.frames import EdgeCurves, Frames, around, frames, normal_change
+from fabgeo.strips.frames import (
+    EdgeCurves,
+    Frames,
+    around,
+    check_lengths,
+    frames,
+    normal_change,
+)
 from fabgeo.strips.integrate import antiderivative
 
 type Field = Callable[[Array], Array]
@@ -226,8 +233,9 @@ def axes(model: EdgeCurves) -> Axes:
     Raises
     ------
     GeometryError
-        If the model is neither conical nor circular.
+        If the model is neither conical nor circular, or a strip has no normal somewhere.
     """
+    check_lengths("strip model", frames(model, model.parameters(4)))
     kind = getattr(model, "kind", "general")
     makers = [conical_axes, circular_normals]
     if kind == "circular":

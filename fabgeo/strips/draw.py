@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, checked_path, cross
+from fabgeo.arrays import Array, as_numbers, checked_path, cross
 from fabgeo.errors import InputError
 from fabgeo.strips.frames import frames
 from fabgeo.strips.measures import Measures, Worst, measure, twist
@@ -196,12 +196,15 @@ def _history(axes: Any, history: Sequence[Mapping[str, Any]]) -> None:
 
     stages = np.arange(1, len(history) + 1)
     for name, label in _STAGES.items():
-        values = np.array([float(row.get(name, np.nan)) for row in history])
+        values = as_numbers(f"draw: {name}", [row.get(name, np.nan) for row in history])
+        if values.ndim != 1:
+            raise InputError(f"draw: {name}", "expected one number a stage")
         if np.any(values > 0.0):
             axes.semilogy(stages, np.where(values > 0.0, values, np.nan), ".-", label=label)
     axes.set(title="fit history", xlabel="stage")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.legend(fontsize=8)
+    if axes.has_data():
+        axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
 
 

@@ -22,6 +22,9 @@ import numpy as np
 
 from fabgeo import spline
 from fabgeo.arrays import Array, cross, dot, unit
+from fabgeo.errors import GeometryError
+
+LEAST = 1e-60  # length in any unit, so that products of several are no zeros
 
 
 class EdgeCurves(Protocol):
@@ -200,6 +203,27 @@ def frames(model: EdgeCurves, u: Array) -> Frames:
         m=unit(cross(t0 + t1, e)),
         closed_i=model.closed_i,
     )
+
+
+def check_lengths(name: str, f: Frames) -> None:
+    """Refuse strips that have no normal somewhere.
+
+    Raises
+    ------
+    GeometryError
+        If a ruling, a tangent or a normal has no length; names the place.
+    """
+    sizes = {
+        "strip {} at u = {:.6g}: the ruling": f.length,
+        "edge {} at u = {:.6g}: the tangent": np.linalg.norm(f.dp, axis=-1),
+        "strip {} at u = {:.6g}: the normal": np.abs(f.m_first).max(axis=-1)
+        + np.abs(f.m_second).max(axis=-1),
+    }
+    for what, length in sizes.items():
+        row, k = np.unravel_index(int(np.argmin(length)), length.shape)
+        if not length[row, k] > LEAST:
+            where = f"{name}, {what.format(row, f.u[k])}"
+            raise GeometryError(where, "has no length", "move control points apart")
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from fabgeo.arrays import Array
+from fabgeo.errors import GeometryError
 
 _NODES, _WEIGHTS = (np.asarray(x, dtype=np.float64) for x in np.polynomial.legendre.leggauss(4))
 
@@ -37,12 +38,25 @@ def antiderivative(
     -------
     callable
         (k,) parameters in [0, segments], a little beyond included -> (..., k) integrals.
+
+    Raises
+    ------
+    GeometryError
+        If the function has no finite value somewhere; names u.
     """
     count = segments * pieces
     step = 1.0 / pieces
     ends: Array = np.arange(count + 1, dtype=np.float64) * step
     sites = ends[:-1, None] + (_NODES + 1.0) * step / 2.0
-    values = function(np.concatenate([sites.ravel(), ends]))
+    at = np.concatenate([sites.ravel(), ends])
+    values = function(at)
+    lacking = ~np.isfinite(values).reshape(-1, len(at)).all(axis=0)
+    if lacking.any():
+        raise GeometryError(
+            f"strip model at u = {at[lacking][0]:.6g}",
+            "what follows its edges has no finite direction there",
+            "move control points apart",
+        )
     inner, slopes = values[..., : sites.size], values[..., sites.size :]
     inner = inner.reshape(*inner.shape[:-1], count, len(_NODES))
     parts = np.einsum("...kq,q->...k", inner, _WEIGHTS) * step / 2.0

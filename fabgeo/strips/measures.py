@@ -24,11 +24,9 @@ from typing import Any
 import numpy as np
 
 from fabgeo.arrays import Array, BoolArray, checked_count, cross, dot
-from fabgeo.strips.frames import EdgeCurves, Frames, frames, normal_change
+from fabgeo.strips.frames import EdgeCurves, Frames, check_lengths, frames, normal_change
 from fabgeo.strips.model import check_model
-from fabgeo.surfaces.base import check_surface
-
-MOST_SAMPLES = 10_000_000  # on a surface
+from fabgeo.surfaces.base import MOST_SAMPLES, check_surface
 
 
 @dataclass(frozen=True)
@@ -238,6 +236,13 @@ def measure(
         Parameters a knot span at which everything is measured.
     samples : int
         Points on the surface for its distance to the model.
+
+    Raises
+    ------
+    InputError
+        If one of them is something else.
+    GeometryError
+        If a ruling or an edge's tangent has no length: nothing can be measured there.
     """
     check_model("measure", model)
     if surface is not None:
@@ -245,6 +250,7 @@ def measure(
     checked_count("samples", samples, 1, MOST_SAMPLES)
     u = model.parameters(per_segment)
     f = frames(model, u)
+    check_lengths("measure", f)
     inner = f.interior
     first, second = bending_radius(model, f)
     radius = np.minimum(np.abs(first), np.abs(second))

@@ -21,7 +21,17 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from fabgeo import spline
-from fabgeo.arrays import Array, checked_count, checked_number, set_frozen, shown, unit
+from fabgeo.arrays import (
+    FARTHEST,
+    Array,
+    as_numbers,
+    checked_count,
+    checked_flag,
+    checked_number,
+    set_frozen,
+    shown,
+    unit,
+)
 from fabgeo.errors import InputError
 
 type Kind = Literal["general", "conical", "circular", "geodesic"]
@@ -29,6 +39,7 @@ KINDS: tuple[str, ...] = get_args(Kind.__value__)
 FINEST = 1000  # parameters a knot span
 MOST_PARTS = 10_000  # that one strip may be divided into
 MOST_STRIPS = 100_000  # in all
+MOST_PARAMETERS = 10_000_000  # of one patch
 
 
 @dataclass(frozen=True)
@@ -56,7 +67,9 @@ class StripModel:
     info: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        set_frozen(self, "control", ("edges", "c", 3))
+        for name in ("closed_u", "closed_i"):
+            object.__setattr__(self, name, checked_flag(f"StripModel.{name}", getattr(self, name)))
+        set_frozen(self, "control", ("edges", "c", 3), most=FARTHEST)
         spline.checked_control("StripModel.control", self.control, self.closed_u)
         least = 3 if self.closed_i else 2
         if self.edges < least:
@@ -91,15 +104,17 @@ class StripModel:
 
     def edge(self, i: int, u: Array, derivative: int = 0) -> Array:
         """Points or u-derivatives of one edge curve (i modulo edges where closed): (k, 3)."""
-        try:
-            control = self.control[i % self.edges if self.closed_i else i]
-        except (IndexError, TypeError):
-            problem = f"expected an edge from 0 to {self.edges - 1}, found {shown(i)}"
-            raise InputError("StripModel.edge", problem) from None
-        return spline.evaluate(control, u, self.closed_u, derivative)
+        least, most = (-MOST_STRIPS, MOST_STRIPS) if self.closed_i else (0, self.edges - 1)
+        i = checked_count("StripModel.edge", i, least, most) % self.edges
+        return spline.evaluate(self.control[i], u, self.closed_u, derivative)
 
     def pairs(self, values: Array) -> tuple[Array, Array]:
         """Values per edge (edges, ...) as the two sides of every strip, each (strips, ...)."""
+        if not isinstance(values, np.ndarray):
+            values = as_numbers("StripModel.pairs", values)
+        if values.shape[:1] != (self.edges,):
+            problem = f"expected values of {self.edges} edges, found shape {values.shape}"
+            raise InputError("StripModel.pairs", problem)
         if self.closed_i:
             return values, np.roll(values, -1, axis=0)
         return values[:-1], values[1:]
@@ -210,11 +225,22 @@ class Patch:
 
     def parameters(self, count: int) -> Array:
         """`count` evenly spaced parameters from u0 to u1."""
+        checked_count("patch parameters", count, 1, MOST_PARAMETERS)
         return np.linspace(self.u0, self.u1, count)
 
     def edges(self, model: StripModel, u: Array, derivative: int = 0) -> tuple[Array, Array]:
         """The two edge curves of the patch at u (k,): each (k, 3)."""
+        check_patch("Patch.edges", model, self)
         return (
             model.edge(self.strip, u, derivative),
             model.edge(self.strip + 1, u, derivative),
         )
+
+
+def check_patch(name: str, model: Any, given: Any) -> None:
+    """Raise InputError where something else than a model and a patch of it is given."""
+    check_model(name, model)
+    if not isinstance(given, Patch):
+        raise InputError(name, f"expected a patch, found a {type(given).__name__}", "pass a Patch")
+    if given.strip >= model.strips:
+        raise InputError(f"patch {given.tag}", f"the model's strips are 0 to {model.strips - 1}")

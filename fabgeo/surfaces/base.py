@@ -16,8 +16,10 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, dot, set_frozen
+from fabgeo.arrays import FARTHEST, Array, BoolArray, checked, dot, set_frozen
 from fabgeo.errors import InputError
+
+MOST_SAMPLES = 10_000_000  # on a surface
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class SurfacePoints:
 
     def normal_curvature(self, directions: Array) -> Array:
         """Normal curvature (k,) in directions (k, 3), which are projected to tangents first."""
+        directions = checked("directions", directions, (len(self.normal), 3), most=FARTHEST)
         d = directions - dot(directions, self.normal)[:, None] * self.normal
         square = np.maximum(dot(d, d), 1e-300)
         return np.einsum("ki,kij,kj->k", d, self.shape, d) / square

@@ -45,8 +45,9 @@ class FlatTriangles:
 
     def nearest(self, x: Array) -> tuple[Place, Array]:
         """Closest places on the flat triangles, and their points."""
-        _, near = self._tree.query(x, k=min(CANDIDATES, len(self._samples)))
-        place, at = self._nearest_of(x, self._owner[near.reshape(len(x), -1)])
+        count = min(CANDIDATES, len(self._samples))
+        _, near = self._tree.query(x, k=count)
+        place, at = self._nearest_of(x, self._owner[near.reshape(len(x), count)])
         # On a side of a triangle: one around it that has no sample near may be nearer.
         todo = np.flatnonzero(place.weight.min(axis=1) <= 0.0)
         for _ in range(HOPS):

@@ -12,15 +12,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fabgeo.arrays import Array, checked_number, frozen
+from fabgeo.arrays import FARTHEST, Array, checked_flag, checked_number, frozen
 from fabgeo.errors import InputError
 from fabgeo.surfaces.chart import Derivatives
 from fabgeo.surfaces.jets import CONSTANTS, FUNCTIONS, Jet, Value, constant_like, variables
 from fabgeo.surfaces.parametric import ParametricSurface
+from fabgeo.surfaces.poles import pole_of
 
 LONGEST = 4000
 DEEPEST = 60
 MOST_DEFINITIONS = 200
+FINEST = 1e-9  # of a parameter: how much it must change over the domain
+CURE = "change the formula or shrink the domain"
 
 
 class Formula:
@@ -178,10 +181,11 @@ class FormulaChart:
         closed: tuple[bool, bool],
         scale: float,
     ) -> None:
-        self.domain = frozen("formula domain", [u, v], (2, 2))
-        if not (self.domain[:, 1] > self.domain[:, 0]).all():
+        self.domain = frozen("formula domain", [u, v], (2, 2), most=FARTHEST)
+        # As far apart as it takes to tell samples between them from each other.
+        if not (np.diff(self.domain)[:, 0] > FINEST * np.abs(self.domain).max(axis=1)).all():
             raise InputError("formula domain", f"expected u0 < u1 and v0 < v1, found {u} and {v}")
-        self.closed = closed
+        self.closed = tuple(checked_flag("formula closed", way) for way in closed)
         self.scale = checked_number("formula scale", scale, above=0.0)
         if not isinstance(define, Mapping) or not all(isinstance(name, str) for name in define):
             raise InputError(
@@ -197,7 +201,9 @@ class FormulaChart:
             self.definitions.append(Formula(name, str(text), known))
             known.append(name)
         self.coordinates = [Formula(n, t, known) for n, t in zip("xyz", (x, y, z), strict=True)]
-        self._check_values()
+        with np.errstate(all="ignore"):  # what isn't finite is found and named
+            self._check_values()
+            self._check_poles()
 
     def evaluate(self, u: Array, v: Array) -> Derivatives:
         """Points and exact derivatives (k, 3) at parameters (k,)."""
@@ -237,8 +243,23 @@ class FormulaChart:
             raise InputError(
                 f"formula {name}",
                 f"has no finite value or derivative at u = {u[at]:.6g}, v = {v[at]:.6g}",
-                "change the formula or shrink the domain",
+                CURE,
             )
+        for name, jet in ends.items():
+            if (most := self.scale * float(np.abs(jet.f).max())) > FARTHEST:
+                raise InputError(f"formula {name}", f"reaches {most:.3g} mm", CURE)
+
+    def _check_poles(self) -> None:
+        pole = pole_of(self)
+        if pole is None:
+            return
+        d = self.evaluate(*np.array(pole)[:, None])
+        steepest = np.argmax(np.nan_to_num(np.abs(d.u) + np.abs(d.v), nan=np.inf))
+        raise InputError(
+            f"formula {'xyz'[steepest]}",
+            f"has no finite value or derivative near u = {pole[0]:.6g}, v = {pole[1]:.6g}",
+            CURE,
+        )
 
 
 class FormulaSurface(ParametricSurface):

@@ -14,9 +14,19 @@ from functools import cached_property
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
+from fabgeo.arrays import (
+    FARTHEST,
+    Array,
+    BoolArray,
+    IntArray,
+    checked,
+    checked_count,
+    cross,
+    dot,
+    unit,
+)
 from fabgeo.errors import InputError
-from fabgeo.surfaces.base import SurfacePoints
+from fabgeo.surfaces.base import MOST_SAMPLES, SurfacePoints
 from fabgeo.surfaces.flattriangles import FlatTriangles, Place
 from fabgeo.surfaces.mesh import Mesh
 from fabgeo.surfaces.units import Unit
@@ -107,10 +117,11 @@ class MeshSurface:
 
     def sample(self, count: int) -> SurfacePoints:
         """About `count` points spread evenly by area."""
+        checked_count("samples", count, 1, MOST_SAMPLES)
         p, t = self.mesh.vertices, self.triangles
         area = np.linalg.norm(cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]]), axis=1)
         bound = np.cumsum(area) / area.sum()
-        k = np.arange(1, max(count, 1) + 1)
+        k = np.arange(1, count + 1)
         which = np.minimum(np.searchsorted(bound, (k - 0.5) / len(k)), len(t) - 1)
         a, b = np.mod(0.5 + k[:, None] * np.array([0.7548776662466927, 0.5698402909980532]), 1.0).T
         over = a + b > 1.0
@@ -120,7 +131,7 @@ class MeshSurface:
 
     def closest(self, points: Array) -> SurfacePoints:
         """Closest points of `points` (k, 3) with normal, shape tensor and boundary flag."""
-        x = checked("points", points, (None, 3))
+        x = checked("points", points, (None, 3), most=FARTHEST)
         parts = [self._closest(x[i : i + CHUNK]) for i in range(0, max(len(x), 1), CHUNK)]
         if len(parts) == 1:
             return parts[0]

@@ -14,9 +14,20 @@ from functools import cached_property
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, IntArray, checked, cross, dot, unit
+from fabgeo.arrays import (
+    FARTHEST,
+    Array,
+    BoolArray,
+    IntArray,
+    as_numbers,
+    checked,
+    checked_count,
+    cross,
+    dot,
+    unit,
+)
 from fabgeo.errors import InputError
-from fabgeo.surfaces.base import SurfacePoints
+from fabgeo.surfaces.base import MOST_SAMPLES, SurfacePoints
 from fabgeo.surfaces.border import Border
 from fabgeo.surfaces.chart import (
     Chart,
@@ -67,13 +78,15 @@ class ParametricSurface:
         samples = [samples_of(c, t) for c, t in zip(self.charts, self.trims, strict=True)]
         points = np.concatenate([point for _, point, _ in samples])
         self.size = float(np.linalg.norm(np.ptp(points, axis=0)))
+        if not np.isfinite(self.size):
+            raise InputError(name, "holds points that are not finite")
         if not self.size > 0.0:
             raise InputError(name, "the surface is a single point")
         self.tolerance = 1e-5 * self.size if tolerance is None else tolerance
         for chart in self.charts:
             chart.closed = checked_closed(name, chart, self.tolerance)
         loops = [t or box_trim(c) for c, t in zip(self.charts, self.trims, strict=True)]
-        self.border = Border.of(self.charts, loops, self.size, self.tolerance)
+        self.border = Border.of(self.charts, loops, self.size, self.tolerance, name)
         self._starts = [
             Starts(i, chart, *sample, self.border if self.trims[i] else None)
             for i, (chart, sample) in enumerate(zip(self.charts, samples, strict=True))
@@ -113,6 +126,7 @@ class ParametricSurface:
 
     def face_bounds(self, face: int) -> Array:
         """Bounding box (2, 3) of a trimmed face's samples."""
+        checked_count("face", face, 0, len(self.charts) - 1)
         points = self._starts[face].point
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -131,24 +145,33 @@ class ParametricSurface:
 
     def closest(self, points: Array) -> SurfacePoints:
         """Closest points of `points` (k, 3) with normal, shape tensor and boundary flag."""
-        face, u, v, d, edge = self._closest(checked("points", points, (None, 3)))
+        face, u, v, d, edge = self._closest(checked("points", points, (None, 3), most=FARTHEST))
         return self._surface_points(face, u, v, d, edge)
 
     def parameters(self, points: Array) -> tuple[IntArray, Array]:
         """Face index (k,) and parameters (k, 2) of the closest points."""
-        face, u, v, _, _ = self._closest(checked("points", points, (None, 3)))
+        face, u, v, _, _ = self._closest(checked("points", points, (None, 3), most=FARTHEST))
         return face, np.stack([u, v], axis=1)
 
     def evaluate(self, u: Array, v: Array, face: int = 0) -> SurfacePoints:
-        """The surface at parameters (k,) of one face, whether trimmed away or not."""
-        chart = self.charts[face]
-        u, v = inside(chart, *np.broadcast_arrays(*(np.atleast_1d(a) for a in (u, v))))
+        """The surface at parameters (k,) of one face, whether trimmed away or not.
+
+        Parameters beyond the face's are brought to its sides, or go round where it is closed.
+        """
+        chart = self.charts[checked_count("face", face, 0, len(self.charts) - 1)]
+        sizes = {} if np.size(u) > 1 and np.size(v) > 1 else None  # one goes with many
+        u, v = (
+            checked(name, np.atleast_1d(as_numbers(name, a)), ("k",), sizes, FARTHEST)
+            for name, a in (("u", u), ("v", v))
+        )
+        u, v = inside(chart, *np.broadcast_arrays(u, v))
         which = np.full(len(u), face)
         none = np.zeros(len(u), dtype=bool)
         return self._surface_points(which, u, v, chart.evaluate(u, v), none)
 
     def sample(self, count: int) -> SurfacePoints:
         """About `count` points spread evenly by area over the trimmed faces."""
+        checked_count("samples", count, 1, MOST_SAMPLES)
         faces, uvs = [], []
         for i, (chart, cells) in enumerate(zip(self.charts, self._cells, strict=True)):
             wanted = max(count * float(cells.area.sum()) / self.area, 4.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
+from fabgeo.arrays import FARTHEST, Array, checked, dot, unit
 from fabgeo.surfaces.base import DesignSurface, SurfacePoints, size_of
 
 
@@ -62,6 +62,7 @@ class Extended:
 
     def closest(self, points: Array) -> ExtendedPoints:
         """Closest points on the surface, or beside it on the continuation."""
+        points = checked("points", points, (None, 3), most=FARTHEST)
         at = self.inner.closest(points)
         beyond = np.zeros(len(points))
         out = np.flatnonzero(at.on_boundary)

@@ -34,12 +34,15 @@ KNOTS = np.repeat([0.0, 1.0], 4)
         (lambda: draw(MODEL, "roof.step"), "as_surface"),
         (lambda: draw(MODEL, None, 5), "expected measures"),
         (lambda: draw(MODEL, history=5), "history of records"),
-        (lambda: draw(MODEL, path="/nonexistent/a.png"), "cannot be drawn to"),
+        (lambda: draw(MODEL, path=f"{__file__}/a.png"), "cannot be drawn to"),
         (lambda: draw(MODEL, path="/tmp/a.xyz"), r"name a \.png"),
         (lambda: offset(HOLDER, 1.0), "expected a strip model"),
         *[(lambda x=x: offset(MODEL, x), "offset distance") for x in ("a", None, NAN, [1])],
         *[(lambda x=x: offset(MODEL, 1.0, x), "offset tolerance") for x in ("a", 0, NAN)],
-        *[(lambda x=x: MODEL.edge(x, np.zeros(1)), "edge from 0 to 3") for x in (99, "a", 1.5)],
+        *[
+            (lambda x=x: MODEL.edge(x, np.zeros(1)), "edge: expected .* from 0 to 3")
+            for x in (99, "a", 1.5)
+        ],
         *[(lambda x=x: MODEL.divided(x), "divided") for x in (0, "a", None, [1.5, 1, 1], 10**9)],
         (lambda: MODEL.divided([1, 2]), "3 strips each"),
         (lambda: replace(MODEL, info="abc"), "expected a mapping"),
