@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
+# A part that kills its process is told by its mark, without the stack of the dead.
+if not os.environ.get("FABGEO_DEBUG"):
+    os.environ.setdefault("PYTHONFAULTHANDLER", "")
+
 PROCESSES = os.cpu_count() or 1
 OK, FAILED, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 

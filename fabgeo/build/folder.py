@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from fabgeo.build.plainfiles import refuse_strange, remove
+from fabgeo.build.plainfiles import refuse_strange, refuse_strange_below, remove
 from fabgeo.errors import FabgeoError, GeometryError, InputError
 from fabgeo.review.manifest import sha256_of
 
@@ -186,6 +186,7 @@ def open_folder(path: Path | str) -> Iterator[Folder]:
         refuse_strange(path, [MANIFEST, *(f"{WORK}/{own}" for own in OWN)])
         for own in ("", "cache", "staged"):
             refuse_strange(path, [f"{WORK}/{own}/any"])
+        refuse_strange_below(path / WORK / "cache")
         (path / WORK).mkdir(exist_ok=True)
         lock = open(path / WORK / "lock", "a")  # noqa: SIM115 (held open for the whole build)
     except (OSError, ValueError) as error:

@@ -6,6 +6,7 @@ outside, a pipe would hold a build up for ever.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 
@@ -32,6 +33,30 @@ def refuse_strange(folder: Path, names: Iterable[str]) -> None:
                 raise InputError(str(path), "is a link", CURE)
             if path.exists() and not (path.is_file() if last else path.is_dir()):
                 raise InputError(str(path), f"is no {'file' if last else 'folder'}", CURE)
+
+
+def refuse_strange_below(folder: Path) -> None:
+    """Refuse anything but folders of files in a folder, if it is there.
+
+    Raises
+    ------
+    InputError
+        That names what stands there.
+    """
+    if not folder.is_dir():
+        return
+    for inner in _listed(folder):
+        if not inner.is_dir(follow_symlinks=False):
+            raise InputError(inner.path, "is no folder", CURE)
+        for entry in _listed(inner.path):
+            if not entry.is_file(follow_symlinks=False):
+                raise InputError(entry.path, "is no file", CURE)
+
+
+def _listed(folder: Path | str) -> list[os.DirEntry[str]]:
+    """Entries that know their kind: a cache holds tens of thousands."""
+    with os.scandir(folder) as entries:
+        return list(entries)
 
 
 def remove(folder: Path, name: str) -> None:

@@ -15,6 +15,7 @@ from fabgeo.build.planks import plank_row
 from fabgeo.build.skin import sheet_of
 from fabgeo.build.slits import slit_rows
 from fabgeo.build.solids import Built
+from fabgeo.panels.classify import PanelChoice
 from fabgeo.panels.flat import FlatPart
 from fabgeo.panels.forming import beyond_standards
 from fabgeo.project import Project
@@ -60,26 +61,12 @@ def panel_rows(
     rows, plates = [], {plate.mark: plate for plate in design.panels}
     last = {own.numbers[-1] for own in design.models if own.seams[1]}
     for patch, plate in zip(design.patches, design.panels, strict=True):
-        choice, own = design.choices[plate.mark], figures[plate.mark]
+        choice = design.choices[plate.mark]
         row: Row = {
             "mark": plate.mark,
             "strip": patch.strip,
             "cell": patch.cell,
-            "class": choice.cls,
-            "radius_min_mm": finite(choice.radius_min_mm),
-            "radius_max_mm": finite(choice.radius_max_mm),
-            "half_angle_deg": choice.half_angle_deg,
-            "axis_or_apex": axis_text(choice.axis),
-            "fit_deviation_mm": choice.bound_mm,
-            "surface_deviation_mm": own.get("surface_deviation_mm"),
-            "kink_max_deg": choice.kink_own_deg,
-            "kink_added_deg": choice.kink_added_deg,
-            "kink_edge": plate.shared.get(choice.kink_edge, choice.kink_edge),
-            "gap_max_mm": choice.gap_mm,
-            "gap_edge": plate.shared.get(choice.gap_edge, choice.gap_edge),
-            "flange_mm": choice.flange_mm,
-            "twist_max_deg": own.get("twist_max_deg"),
-            "forming": choice.forming,
+            **_choice_row(plate, choice, figures[plate.mark]),
             "connectors": count.get(plate.mark, 0) if design.connectors else None,
             "erection_order": order[plate.mark],
             "reason": choice.reason,
@@ -103,6 +90,27 @@ def panel_rows(
                 row |= plank_row((plate, flat), (plates.get(beyond), flats.get(beyond)), seam)
         rows.append(row)
     return rows
+
+
+def _choice_row(plate: Plate, choice: PanelChoice, own: Mapping[str, float | None]) -> Row:
+    """What a panel is made as, and how that meets the surface and its neighbours."""
+    return {
+        "class": choice.cls,
+        "radius_min_mm": finite(choice.radius_min_mm),
+        "radius_max_mm": finite(choice.radius_max_mm),
+        "half_angle_deg": choice.half_angle_deg,
+        "axis_or_apex": axis_text(choice.axis),
+        "fit_deviation_mm": choice.bound_mm,
+        "surface_deviation_mm": own.get("surface_deviation_mm"),
+        "kink_max_deg": choice.kink_own_deg,
+        "kink_added_deg": choice.kink_added_deg,
+        "kink_edge": plate.shared.get(choice.kink_edge, choice.kink_edge),
+        "gap_max_mm": choice.gap_mm,
+        "gap_edge": plate.shared.get(choice.gap_edge, choice.gap_edge),
+        "flange_mm": choice.flange_mm,
+        "twist_max_deg": own.get("twist_max_deg"),
+        "forming": choice.forming,
+    }
 
 
 def plate_rows(

@@ -79,17 +79,7 @@ def write_step(
     """
     target = Path(path)
     document = to_document(root)
-    kernel.be_quiet()
-    writer = STEPCAFControl_Writer()
-    # These switches exist once a writer does and are process-wide: set for every write.
-    Interface_Static.SetCVal_s("write.step.schema", "AP242DIS")
-    Interface_Static.SetCVal_s("write.step.unit", "MM")
-    Interface_Static.SetIVal_s("write.surfacecurve.mode", int(curves_on_surfaces))
-    Interface_Static.SetCVal_s("write.step.product.name", "fabgeo")
-    writer.ChangeWriter().Model(True)
-    writer.SetColorMode(True)
-    writer.SetNameMode(True)
-    writer.SetLayerMode(True)
+    writer = _writer(curves_on_surfaces)
     if not writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs):
         raise InputError(f"{target.name}", "the kernel could not translate the product tree")
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
@@ -102,10 +92,26 @@ def write_step(
     status = writer.Write(str(beside))
     if status != IFSelect_ReturnStatus.IFSelect_RetDone:
         beside.unlink(missing_ok=True)
-        raise InputError(str(target), "could not be written", "check that its folder is writable")
+        cure = "check that its folder is writable and has room"
+        raise InputError(str(target), "could not be written", cure)
     _normalise(beside)
     os.replace(beside, target)
     return target
+
+
+def _writer(curves_on_surfaces: bool) -> STEPCAFControl_Writer:
+    kernel.be_quiet()
+    writer = STEPCAFControl_Writer()
+    # These switches exist once a writer does and are process-wide: set for every write.
+    Interface_Static.SetCVal_s("write.step.schema", "AP242DIS")
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    Interface_Static.SetIVal_s("write.surfacecurve.mode", int(curves_on_surfaces))
+    Interface_Static.SetCVal_s("write.step.product.name", "fabgeo")
+    writer.ChangeWriter().Model(True)
+    writer.SetColorMode(True)
+    writer.SetNameMode(True)
+    writer.SetLayerMode(True)
+    return writer
 
 
 def step_bytes(root: Node) -> bytes:

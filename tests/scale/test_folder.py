@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from fabgeo.build.cache import Cache
 from fabgeo.build.folder import Folder, open_folder
 from fabgeo.errors import FabgeoError, InputError
 from fabgeo.review.manifest import sha256_of
@@ -184,6 +185,28 @@ def test_a_pipe_in_the_folder_holds_nothing_up(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "out/.fabgeo/files.json")
     with pytest.raises(InputError, match="is no file"):
         write(tmp_path / "out", a="1")
+
+
+@pytest.mark.parametrize("place", ["fit", "fit/entry"])
+@pytest.mark.parametrize("strange", ["link", "pipe", "other"])
+def test_the_cache_holds_folders_of_files_alone(tmp_path: Path, place: str, strange: str) -> None:
+    """Where its entries go that a build has not used, nothing else does."""
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere/mine.txt").write_text("keep")
+    at = tmp_path / "out/.fabgeo/cache" / place
+    at.parent.mkdir(parents=True)
+    if strange == "link":
+        at.symlink_to(tmp_path / "elsewhere")
+    elif strange == "pipe":
+        os.mkfifo(at)
+    elif place == "fit":
+        at.write_text("a file where a folder belongs")
+    else:
+        at.mkdir()
+    expected = "is no folder" if place == "fit" else "is no file"
+    with pytest.raises(InputError, match=expected), open_folder(tmp_path / "out") as folder:
+        Cache(folder.cache).prune()
+    assert (tmp_path / "elsewhere/mine.txt").read_text() == "keep"
 
 
 def test_a_file_taken_over_is_not_written_into(tmp_path: Path) -> None:
