@@ -30,7 +30,7 @@ from fabgeo.errors import InputError
 
 MOST_SEGMENTS = 1_000_000  # of one curve
 LARGEST = 1e100  # coordinate, so that a curve's points are numbers
-FARTHEST_U = 1e15  # beyond it parameters have no fractions left
+FARTHEST_U = 1e7  # parameter: farther from its knots a cubic cancels to nothing
 # Rows: powers of the local parameter t; columns: the four control points of a segment.
 _POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0
 
@@ -197,6 +197,7 @@ def greville(knots: Array, degree: int = 3) -> Array:
 def clamped_knots(u0: float, u1: float, segments: int) -> Array:
     """Clamped cubic knot vector with `segments` equal spans on [u0, u1], u0 < u1."""
     _check_interval("clamped_knots", u0, u1)
+    checked_parameters("clamped_knots", np.array([u0, u1]))
     checked_count("clamped_knots segments", segments, 1, MOST_SEGMENTS)
     inner = np.linspace(u0, u1, segments + 1)
     if not (np.diff(inner) > 0.0).all():
@@ -277,7 +278,6 @@ def _numbers(name: str, value: Array, least: int, most: float = LARGEST) -> Arra
 def _check_interval(name: str, u0: float, u1: float) -> None:
     if not checked_number(f"{name} u0", u0) < checked_number(f"{name} u1", u1):
         raise InputError(name, f"expected u0 < u1, found {u0:g} and {u1:g}")
-    checked_parameters(name, np.array([u0, u1]))
 
 
 def clip(control: Array, closed: bool, u0: float, u1: float) -> tuple[Array, Array]:
@@ -302,6 +302,7 @@ def clip(control: Array, closed: bool, u0: float, u1: float) -> tuple[Array, Arr
         rounds = (u1 - u0) / control.shape[-2]
         if rounds > 2.0:
             raise InputError("clip", f"expected u1 within a round of u0, found {rounds:.3g} rounds")
+        checked_parameters("clip", np.array([u0, u1]))
         start = int(np.floor(u0))
         count = int(np.ceil(u1)) - start
         index = (start + np.arange(count + 3)) % control.shape[-2]

@@ -13,6 +13,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from fabgeo.arrays import shown
+from fabgeo.errors import InputError
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -32,6 +35,8 @@ class Clock:
     """Times stages and tells a listener."""
 
     def __init__(self, listener: Listener | None = None) -> None:
+        if listener is not None and not callable(listener):
+            raise InputError("listener", f"expected a function, found {shown(listener)}")
         self.seconds: dict[str, float] = {}
         self._listener = listener
         self._stage = ""

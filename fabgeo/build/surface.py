@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fabgeo.arrays import shown
+from fabgeo.arrays import checked_path, shown
 from fabgeo.errors import InputError
 from fabgeo.project import Project, Surface, parse_project, read_project
 from fabgeo.surfaces.base import DesignSurface, size_of
@@ -34,6 +34,7 @@ def project_of(
             "project",
             f"expected a Project, its tables or the path of its file, found {shown(given)}",
         )
+    base = None if base is None else checked_path("base", base)
     if isinstance(given, Path | str):
         given, base = read_project(given), base or Path(given).parent
     if surface is not None:
@@ -129,6 +130,7 @@ def inspect_file(path: Path, unit: str | None = None) -> Inspection:
     from fabgeo.cad.read_surface import read_surface
     from fabgeo.surfaces.inspect import inspect
 
+    path = checked_path("inspect", path)
     if path.suffix.lower() == ".toml":
         surface = surface_of(read_project(path), path.parent)
     else:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from fabgeo.arrays import checked_path
 from fabgeo.build.fitted import parts_of, patches_of, side_by_side, starts_of
 from fabgeo.build.model import fit_of
 from fabgeo.build.progress import Clock, Listener
@@ -55,7 +56,7 @@ def tradeoff_of(
     InputError, GeometryError
         For bad input, and where the project asks for no panels.
     """
-    path = Path(project_path)
+    path = checked_path("project file", project_path)
     project = read_project(path)
     if project.panels is None:
         raise InputError("[panels]", "is not in the project", "add it: the table is about panels")

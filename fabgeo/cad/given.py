@@ -46,10 +46,12 @@ def as_surface(given: Any, unit: str = "mm", name: str | None = None) -> DesignS
     InputError
         If it is none of these, holds no usable surface, or is of no building's size.
     """
-    if isinstance(given, DesignSurface):
+    if isinstance(given, DesignSurface) and not isinstance(given, type):
         return given
     if isinstance(given, str | Path):
         return read_surface(given, unit=None if unit == "mm" else unit)
+    if name is not None and not isinstance(name, str):
+        raise InputError("as_surface", f"expected text as name, found {shown(name)}")
     name = name or name_of(given)
     found = unit_of(name, 0.0, unit)
     shape = _shape_of(given)

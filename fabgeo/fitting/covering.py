@@ -19,12 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, dot, unit
-from fabgeo.errors import InputError
+from fabgeo.arrays import Array, checked_count, dot, unit
 from fabgeo.fitting.starts.geodesic import geodesic_start, part_seed
 from fabgeo.fitting.starts.quality import covered
-from fabgeo.strips.model import StripModel
-from fabgeo.surfaces.base import DesignSurface
+from fabgeo.strips.model import StripModel, check_model
+from fabgeo.surfaces.base import DesignSurface, check_surface
+
+MOST_MODELS = 1000
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def cover(
     Parameters
     ----------
     models : int
-        Number of strip models.
+        Number of strip models, up to 1,000.
     strips, segments : int, optional
         Of each model; by default from its sag.
     direction : "u", "v" or (3,) array_like, optional
@@ -71,10 +72,10 @@ def cover(
     Raises
     ------
     InputError
-        If there is no model asked for.
+        If one of the arguments is something else.
     """
-    if models < 1:
-        raise InputError("covering", f"expected one model or more, found {models}")
+    check_surface("cover", surface)
+    checked_count("covering: models", models, 1, MOST_MODELS)
     parts = [(k + 1, models) for k in range(models)]
     seeds = [part_seed(surface, part, direction) for part in parts]
     started = [geodesic_start(surface, strips, segments, direction, part=p)[0] for p in parts]
@@ -90,6 +91,8 @@ def seam_points(model: StripModel, surface: DesignSurface) -> Array:
     edges do: by the sag limit `kappa L^2 / 16` of the rulings that end there, whose middles lie as
     far off it on the other side.
     """
+    check_model("seam_points", model)
+    check_surface("seam_points", surface)
     points = model.points(model.parameters(2))
     outer, inner = points[[0, -1]].reshape(-1, 3), points[[1, -2]].reshape(-1, 3)
     at, ruling = surface.closest(outer), inner - outer

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from fabgeo.arrays import checked_number, shown
 from fabgeo.errors import InputError
 from fabgeo.project.spelling import mean
 from fabgeo.project.stock import MATERIALS, STOCK, Material, StockSheet
@@ -101,10 +102,16 @@ class Project(Table):
 
     def material(self, name: str) -> Material:
         """The material of that name, the project's own before the known ones."""
+        known = sorted({*self.materials, *MATERIALS})
+        if not isinstance(name, str) or name not in known:
+            more = mean(name, known) if isinstance(name, str) else ""
+            raise InputError("project", f"unknown material {shown(name)}{more}")
         return self.materials.get(name) or Material.model_validate(MATERIALS[name])
 
     def stock_for(self, material: str, thickness: float) -> list[StockSheet]:
         """Sheets of a material and thickness: the project's, else common sizes."""
+        self.material(material)
+        checked_number("thickness", thickness, above=0.0)
         given = [s for s in self.stock if s.material == material]
         fitting = [s for s in given if s.thickness in (None, thickness)]
         if given:

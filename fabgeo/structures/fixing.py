@@ -12,12 +12,15 @@ stand-off
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from fabgeo.arrays import checked_number, shown
 from fabgeo.errors import InputError
 from fabgeo.structures.parts import Beam, Connector, Plate
+
+POSITIVE = ("spacing", "end_distance", "stand_off", "step")
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,12 @@ class LocalHole:
     diameter: float = 14.0
     slot: float = 0.0
     angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y", "angle"):
+            checked_number(f"LocalHole.{name}", getattr(self, name))
+        checked_number("LocalHole.diameter", self.diameter, above=0.0)
+        checked_number("LocalHole.slot", self.slot, least=0.0)
 
 
 @dataclass(frozen=True)
@@ -82,8 +91,22 @@ class Fixing:
     maker: Callable[..., object] | None = None
 
     def __post_init__(self) -> None:
-        if min(self.spacing, self.end_distance, self.stand_off, self.step) <= 0.0:
-            raise InputError(f"fixing {self.name}", "expected positive distances")
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError("Fixing.name", f"expected a name, found {shown(self.name)}")
+        for entry in fields(self):
+            value, where = getattr(self, entry.name), f"fixing {self.name}: {entry.name}"
+            if entry.name in POSITIVE:
+                checked_number(where, value, above=0.0)
+            elif isinstance(entry.default, float):
+                checked_number(where, value, least=0.0)
+            elif entry.name.endswith("_holes"):
+                holes = isinstance(value, tuple | list)
+                if not holes or not all(isinstance(hole, LocalHole) for hole in value):
+                    raise InputError(where, f"expected a tuple of LocalHole, found {shown(value)}")
+                object.__setattr__(self, entry.name, tuple(value))
+        if self.maker is not None and not callable(self.maker):
+            problem = f"expected a function, found {shown(self.maker)}"
+            raise InputError(f"fixing {self.name}: maker", problem)
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from fabgeo import spline
 from fabgeo.arrays import Array, checked, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.strips.axes import axes
-from fabgeo.strips.model import StripModel
+from fabgeo.strips.model import StripModel, check_model
 from fabgeo.strips.ruled import RuledPatch
 from fabgeo.structures.beamline import Section
 from fabgeo.structures.parts import Beam, Plate, Role
@@ -207,6 +207,7 @@ def admits(model: StripModel) -> Admits:
     Circular: offsets at constant distance of vertices, cells, beams. Geodesic and general models
     have no common axes of neighbouring strips: panels only.
     """
+    check_model("admits", model)
     try:
         field = axes(model)
     except GeometryError as refusal:

@@ -110,7 +110,7 @@ class BoundaryPoints:
 
 def check_surface(name: str, given: Any) -> None:
     """Raise InputError where something else than a design surface is given, such as a path."""
-    if not callable(getattr(given, "closest", None)):
+    if isinstance(given, type) or not callable(getattr(given, "closest", None)):
         raise InputError(
             name,
             f"expected a design surface, found a {type(given).__name__}",

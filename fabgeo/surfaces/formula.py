@@ -185,7 +185,8 @@ class FormulaChart:
         # As far apart as it takes to tell samples between them from each other.
         if not (np.diff(self.domain)[:, 0] > FINEST * np.abs(self.domain).max(axis=1)).all():
             raise InputError("formula domain", f"expected u0 < u1 and v0 < v1, found {u} and {v}")
-        self.closed = tuple(checked_flag("formula closed", way) for way in closed)
+        first, second = (checked_flag("formula closed", way) for way in closed)
+        self.closed = (first, second)
         self.scale = checked_number("formula scale", scale, above=0.0)
         if not isinstance(define, Mapping) or not all(isinstance(name, str) for name in define):
             raise InputError(

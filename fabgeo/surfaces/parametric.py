@@ -159,11 +159,9 @@ class ParametricSurface:
         Parameters beyond the face's are brought to its sides, or go round where it is closed.
         """
         chart = self.charts[checked_count("face", face, 0, len(self.charts) - 1)]
-        sizes = {} if np.size(u) > 1 and np.size(v) > 1 else None  # one goes with many
-        u, v = (
-            checked(name, np.atleast_1d(as_numbers(name, a)), ("k",), sizes, FARTHEST)
-            for name, a in (("u", u), ("v", v))
-        )
+        u, v = (np.atleast_1d(as_numbers(name, a)) for name, a in (("u", u), ("v", v)))
+        sizes = {} if u.size > 1 and v.size > 1 else None  # one goes with many
+        u, v = (checked("parameters", a, ("k",), sizes, FARTHEST) for a in (u, v))
         u, v = inside(chart, *np.broadcast_arrays(u, v))
         which = np.full(len(u), face)
         none = np.zeros(len(u), dtype=bool)

@@ -1,9 +1,9 @@
 """Poles of a chart between its samples: where its points run off to infinity, or there are none.
 
 The cells of a coarse grid are quartered again and again, each time to the quarter in whose middle
-the second derivatives are largest. Where the chart is smooth they stop growing soon; towards a pole
-they grow without end, and so do the first derivatives. A pole so weak that a sample next to it sees
-nothing of it among the rest of the formula is not found.
+the second derivatives are largest. Where the chart is smooth the quarters are soon alike; towards a
+pole they never are, and first derivatives grow without end. A pole so weak that a sample next to it
+sees nothing of it among the rest of the formula is not found.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from fabgeo.arrays import Array
 from fabgeo.surfaces.chart import Chart
 
 CELLS = 32  # along each side
-ROUND, ROUNDS = 5, 8  # quarterings between which growth is looked at, and how often
-GROWTH = 4.0  # of second derivatives in a round, at least: towards sqrt(u) it is 32
+ROUND, ROUNDS = 5, 8  # quarterings of a round, and how many there are
+UNLIKE = 2.0  # second derivatives of two quarters, once a round at least: towards log(u) it is 9
+NOISE = 1e-9  # second derivative over the usual first one that is none
 POLE = 1e9  # growth of first derivatives in all: towards log(u) it is 1e12, towards sqrt(u) 1e6
 _QUARTERS = np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]])
 
@@ -26,10 +27,12 @@ def pole_of(chart: Chart) -> tuple[float, float] | None:
     middles = (np.arange(CELLS) + 0.5) / CELLS
     at = np.stack(np.meshgrid(middles, middles, indexing="ij"), axis=-1).reshape(-1, 2)
     size = 0.5 / CELLS  # from a cell's middle to its sides
-    slopes, bends = _derivatives(chart, low, width, at)
+    slopes, _ = _derivatives(chart, low, width, at)
     usual = float(np.median(slopes))
+    if np.isinf(slopes).any():
+        return _place(low, width, at[np.argmax(slopes)])
     for _ in range(ROUNDS):
-        before = bends
+        unlike = np.zeros(len(at), dtype=bool)
         for _ in range(ROUND):
             size /= 2.0
             quarters = at[:, None] + size * _QUARTERS
@@ -37,10 +40,10 @@ def pole_of(chart: Chart) -> tuple[float, float] | None:
             slope, bend = slope.reshape(-1, 4), bend.reshape(-1, 4)
             rows, best = np.arange(len(at)), np.argmax(bend, axis=1)
             at, slopes, bends = quarters[rows, best], slope[rows, best], bend[rows, best]
+            unlike |= bends > np.maximum(UNLIKE * bend.min(axis=1), NOISE * usual)
             if np.isinf(slopes).any():
                 return _place(low, width, at[np.argmax(slopes)])
-        going = bends > GROWTH * before
-        at, slopes, bends = at[going], slopes[going], bends[going]
+        at, slopes = at[unlike], slopes[unlike]
         if not len(at):
             return None
     worst = int(np.argmax(slopes))

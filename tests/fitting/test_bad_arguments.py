@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 
 import numpy as np
@@ -75,6 +76,15 @@ def test_weights_are_finite(value: object) -> None:
         ({"method": "principal", "seed": "w"}, "expected a point"),
         ({"method": "principal", "overhang": (0.1, 0.1)}, "overhang: expected a finite number"),
         ({"method": "model", "seed": 5}, "expected a model or the path of one"),
+        *[({"overhang": x}, "overhang: expected") for x in (1e30, "a", (1, 2, 3), (-0.6, -0.6))],
+        *[({"overhang": x}, "overhang: expected") for x in ([NAN, 0.0], np.array(NAN))],
+        ({"direction": np.ones(3)}, "direction: expected 'u' or 'v'"),
+        ({"options": 5}, "no option 'options'"),
+        ({"method": np.ones(3)}, "start method"),
+        ({"method": "sections", "seed": 5}, "expected sections as curves"),
+        ({"method": "principal", "seed": (10**400, 0, 0)}, "expected a point"),
+        ({"method": "principal", "seed": ("1", "2", "3")}, "expected a point"),
+        ({"method": "principal", "overhang": 1e30}, "overhang: expected 1000 at most"),
         ({"surface": "roof.step"}, "as_surface"),
     ],
 )
@@ -102,6 +112,19 @@ def test_a_model_file_names_what_is_wrong(tmp_path, old: str, new: str, words: s
     assert old in text
     path.write_text(text.replace(old, new))
     with pytest.raises(InputError, match=words):
+        load_model(path)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"), [("7", "found text"), (True, "found truth values"), (None, "found")]
+)
+def test_coordinates_in_a_model_file_are_numbers(tmp_path, value: object, words: str) -> None:
+    path = tmp_path / "strips.json"
+    save_model(path, StripModel(MODEL.control))
+    data = json.loads(path.read_text())
+    data["control"][1][2][0] = value
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=rf"control: expected numbers.*{words}"):
         load_model(path)
 
 

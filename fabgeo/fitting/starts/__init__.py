@@ -95,10 +95,10 @@ def start(
     GeometryError
         If the start folds, naming strip and u.
     """
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         expected = f"expected one of {', '.join(METHODS)}"
         raise InputError("start method", f"{expected}, found {shown(method)}")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise InputError("start kind", f"expected one of {', '.join(KINDS)}, found {shown(kind)}")
     check_surface("start", surface)
     for name, value, most in (
@@ -114,7 +114,8 @@ def start(
         model, notes = called(method, surface, strips, segments, direction, seed, options)
         check_folds(model, surface, method)
         figures, model = quality(model, surface), told(model, method, direction, notes)
-        found = [Candidate(method, direction or "", figures, "", model, tuple(notes))]
+        way = direction if isinstance(direction, str) else ""
+        found = [Candidate(method, way, figures, "", model, tuple(notes))]
         words = f"{found[0].name} was asked for: {figures}"
     best = found[0]
     assert best.model is not None  # or it would not hold

@@ -10,12 +10,12 @@ Directions
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from fabgeo.arrays import checked_number, shown
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.domain import net_of_loops
 from fabgeo.fitting.starts.draw import model_of_net
@@ -28,6 +28,23 @@ from fabgeo.surfaces.trace_chart import Parametrised
 from fabgeo.surfaces.trace_extension import Extended
 
 STEEP_OVERHANG = 0.2
+LONGEST = 10.0  # overhang, in parts of the edges' length
+
+
+def _shares(overhang: Any) -> tuple[float, float]:
+    """The overhang at both ends, in parts of the edges' length, checked."""
+    several = isinstance(overhang, tuple | list) or getattr(overhang, "ndim", 0) == 1
+    pair = list(overhang) if several else [overhang, overhang]
+    if len(pair) != 2:
+        raise InputError("overhang", f"expected one number or two, found {shown(overhang)}")
+    first, second = (checked_number("overhang", share) for share in pair)
+    if max(first, second) > LONGEST or min(first, 0.0) + min(second, 0.0) <= -1.0:
+        raise InputError(
+            "overhang",
+            f"expected {LONGEST:g} at most, and edges that keep some length, found {first:g} and "
+            f"{second:g}",
+        )
+    return first, second
 
 
 def iso_start(
@@ -60,16 +77,16 @@ def iso_start(
         them are taken even where the surface has parameter lines of its own.
     """
     net, note = iso_net(surface, corners=corners)
-    direction = direction or "v"
-    if direction not in ("u", "v"):
-        raise InputError("direction", f"expected 'u' or 'v' (edges along it), found {direction!r}")
+    direction = "v" if direction is None else direction
+    if not isinstance(direction, str) or direction not in ("u", "v"):
+        problem = f"expected 'u' or 'v' (edges along it), found {shown(direction)}"
+        raise InputError("direction", problem)
     net = net if direction == "v" else net.turned
     steep, told = steep_ends(net, surface)
     if overhang is None:
         shares = STEEP_OVERHANG * steep[0], STEEP_OVERHANG * steep[1]
     else:
-        pair = overhang if isinstance(overhang, Sequence) else (overhang, overhang)
-        shares = float(pair[0]), float(pair[1])
+        shares = _shares(overhang)
     if min(shares) < 0.0 and not net.closed_t:
         net = shortened(net, (max(-shares[0], 0.0), max(-shares[1], 0.0)))
         notes = [f"edges end {100 * -x:.3g} % short of the boundary" for x in shares if x < 0.0]

@@ -7,6 +7,8 @@ from difflib import get_close_matches
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.geodesic import geodesic_start
 from fabgeo.fitting.starts.iso import iso_start
@@ -48,7 +50,7 @@ def called(
         For options that the method does not have.
     """
     function = STARTS[method]
-    known = signature(function).parameters
+    known = [k for k, p in signature(function).parameters.items() if p.kind is not p.VAR_KEYWORD]
     for name in options:
         if name not in known and name not in SHARED:
             near = get_close_matches(name, [*known, *SHARED], 1)
@@ -57,7 +59,8 @@ def called(
     return function(surface, strips, segments, direction, seed, **options)
 
 
-def told(model: StripModel, method: str, direction: str | None, notes: list[str]) -> StripModel:
+def told(model: StripModel, method: str, direction: Any, notes: list[str]) -> StripModel:
     """The model with a note of how it came about."""
+    direction = direction if isinstance(direction, str | None) else np.asarray(direction).tolist()
     info = {**model.info, "start": {"method": method, "direction": direction, "notes": notes}}
     return model.with_control(model.control, info=info)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fabgeo.arrays import Array, BoolArray, checked_number, cross, dot, shown, unit
+from fabgeo.arrays import Array, BoolArray, as_numbers, checked_number, cross, dot, shown, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.fitting.starts.crossings import crossings
 from fabgeo.fitting.starts.draw import model_of_net
@@ -26,6 +26,7 @@ from fabgeo.surfaces.trace import both_ways, trace_principal
 from fabgeo.surfaces.trace_extension import Extended
 from fabgeo.surfaces.umbilics import anisotropy, umbilics
 
+FARTHEST_OUT = 1000.0  # overhang, in widths of the mesh
 LINES = 19  # of each family, before resampling
 STEPS = 44  # of a traced line, each way
 STEP = 1 / 37  # of the surface's size: lines are longer than it, so that far corners cross
@@ -54,10 +55,12 @@ def principal_start(
     overhang : float
         How far the net reaches beyond the boundary, in widths of its own 19 x 19 mesh.
     """
-    direction = direction or "larger"
-    if direction not in ("larger", "smaller"):
-        raise InputError("direction", f"expected 'larger' or 'smaller', found {direction!r}")
-    checked_number("overhang", overhang)
+    direction = "larger" if direction is None else direction
+    if not isinstance(direction, str) or direction not in ("larger", "smaller"):
+        problem = f"expected 'larger' or 'smaller', found {shown(direction)}"
+        raise InputError("direction", problem)
+    if checked_number("overhang", overhang) > FARTHEST_OUT:
+        raise InputError("overhang", f"expected {FARTHEST_OUT:g} at most, found {overhang:g}")
     notes = _umbilic_notes(surface)
     net, at = _remembered(surface, seed, overhang)
     if direction == "smaller":
@@ -219,8 +222,8 @@ def _cropped(points: Array, surface: Extended, overhang: float) -> Array:
 def _seed(surface: DesignSurface, seed: Any) -> Array:
     if seed is not None:
         try:
-            point = np.asarray(seed, dtype=np.float64)
-        except (TypeError, ValueError):
+            point = as_numbers("seed", seed)
+        except InputError:
             point = np.empty(0)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise InputError("seed", f"expected a point (x, y, z), found {shown(seed)}")

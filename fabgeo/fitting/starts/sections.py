@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fabgeo.arrays import Array, checked, unit
+from fabgeo.arrays import Array, checked, shown, unit
 from fabgeo.errors import InputError
 from fabgeo.fitting.starts.draw import model_of_net
 from fabgeo.fitting.starts.iso import iso_net
@@ -55,6 +55,8 @@ def sections_start(
         direction = own_sections.normal
     normal = unit(checked("direction", (0.0, 0.0, 1.0) if direction is None else direction, (3,)))
     if seed is not None:
+        if isinstance(seed, str | bytes) or not np.iterable(seed):
+            raise InputError("seed", f"expected sections as curves of points, found {shown(seed)}")
         net = net_of_sections([checked("section", c, (None, 3)) for c in seed], normal)
         own, note = len(net.points) - 1, f"{len(net.points)} sections given"
     elif own_sections is not None and heights is None:
