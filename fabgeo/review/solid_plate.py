@@ -8,7 +8,7 @@ rails
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 65  # of an edge of the outline; of an edge of many knots, two to a span:
 MOST_SAMPLES = 257  # bending changes from knot to knot
+SQUARE = 1.001  # a bevel of 5 degrees makes a side as much wider than the plate is thick
 VOLUME_EPS = 1e-3  # asked of the adaptive quadrature; on plates with holes it leaves under 1e-9
 
 
@@ -43,11 +44,13 @@ class SolidPlate:
     straight : tuple of bool
         Whether each edge is a straight line.
     thickness : float
-        Mean distance of the skins along the edges in mm.
+        Mean distance of the skins in mm, along the edges that are not bevelled.
     openings : tuple of (n, 3) arrays
         Rims of the openings through both skins, at mid-surface.
     gaussian : float
         Largest Gaussian curvature of the skins, times the square of the plate's size.
+    through : (e, 3) array
+        Half way along each edge the vector from one skin to the other, of the same sense.
     """
 
     mark: str
@@ -58,6 +61,7 @@ class SolidPlate:
     thickness: float
     openings: tuple[Array, ...]
     gaussian: float = 0.0
+    through: Array = field(default_factory=lambda: np.empty((0, 3)))
 
     @cached_property
     def lengths(self) -> Array:
@@ -151,14 +155,21 @@ def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | No
             side.one.kind == "line" or _is_straight(mid)
             for side, mid in zip(outer, mids, strict=True)
         ),
-        float(np.mean([np.linalg.norm(a - b, axis=1).mean() for a, b in apart])),
+        _thickness(apart),
         tuple(
             np.concatenate([side.rim(SAMPLES) for side in loop])
             for loop in found
             if loop is not outer
         ),
         max(part.gaussian(one), part.gaussian(two)) * size**2,
+        np.array([b[len(b) // 2] - a[len(a) // 2] for a, b in apart]),
     )
+
+
+def _thickness(apart: list[tuple[Array, Array]]) -> float:
+    """Mean distance of the skins' points along the edges whose sides are square to them."""
+    means = np.array([np.linalg.norm(a - b, axis=1).mean() for a, b in apart])
+    return float(means[means <= SQUARE * means.min()].mean())
 
 
 def _is_straight(points: Array, tolerance: float = 1e-6) -> bool:
