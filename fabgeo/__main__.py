@@ -1,5 +1,20 @@
-"""`python -m fabgeo`: the command where its script is not on the path."""
+"""The command from its first line on, for its script and `python -m fabgeo`."""
 
-from fabgeo.cli import main
+from __future__ import annotations
 
-main()
+import sys
+from typing import NoReturn
+
+
+def main() -> NoReturn:
+    """Load the command and run it; an interrupt while it loads ends it as any other does."""
+    try:
+        from fabgeo import cli
+    except KeyboardInterrupt:
+        sys.stderr.write("fabgeo: interrupted\n")
+        sys.exit(130)
+    cli.main()
+
+
+if __name__ == "__main__":
+    main()

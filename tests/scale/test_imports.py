@@ -90,3 +90,20 @@ def test_standard_output_holds_json_alone() -> None:
     done = subprocess.run([sys.executable, "-c", SAYING], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["{", '"faces":', "1", "}"]
+
+
+def test_an_interrupt_while_the_command_loads_is_told_in_a_line() -> None:
+    script = """
+import sys
+
+class Interrupted:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupted())
+from fabgeo.__main__ import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "fabgeo: interrupted\n")
