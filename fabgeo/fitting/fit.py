@@ -54,7 +54,7 @@ def fit(
     GeometryError
         If a strip of the start folds over, or has no normal; names strip and u.
     """
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise InputError("fit", f"expected a kind of {KINDS}, found {shown(kind)}")
     check_surface("fit", surface)
     check_model("fit", start)

@@ -30,6 +30,7 @@ COUNTS = {  # the least and the most that may be asked for
     "stages": (1, 1_000_000),
 }
 FASTEST = 1e6  # growth of a weight
+HEAVIEST = 1e12  # weight of a term
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,8 @@ class Weights:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            checked_number(f"Weights.{name}", value, least=0.0)
+            if checked_number(f"Weights.{name}", value, least=0.0) > HEAVIEST:
+                raise InputError(f"Weights.{name}", f"expected {HEAVIEST:g} at most")
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ class FitOptions:
     def __post_init__(self) -> None:
         for name, choice in CHOICES.items():
             words, found = get_args(choice.__value__), getattr(self, name)
-            if found not in words:
+            if not isinstance(found, str) or found not in words:
                 raise InputError(
                     f"FitOptions.{name}", f"expected one of {words}, found {shown(found)}"
                 )

@@ -76,7 +76,7 @@ class StripModel:
             raise InputError(
                 "StripModel.control", f"needs {least} edge curves or more, found {self.edges}"
             )
-        if self.kind not in KINDS:
+        if not isinstance(self.kind, str) or self.kind not in KINDS:
             raise InputError(
                 "StripModel.kind", f"expected one of {KINDS}, found {shown(self.kind)}"
             )

@@ -29,6 +29,7 @@ NAN = float("nan")
         ({"start": BEGUN}, r"found a Start; pass start\.model"),
         ({"start": MODEL.control}, "expected a strip model, found a ndarray"),
         ({"kind": "bogus"}, "expected a kind"),
+        ({"kind": np.ones(3)}, "expected a kind"),
         ({"options": {}}, "expected FitOptions"),
         ({"listener": 5}, "listener"),
         ({"start": MODEL.with_control(MODEL.control, info={"fit": 5})}, r"info\.fit"),
@@ -49,6 +50,7 @@ def test_a_fit_names_what_it_is_not_given(arguments: dict, words: str) -> None:
         *[(name, "x") for name in ("minimise", "solver", "boundary", "towards", "kind_limit_deg")],
         *[(name, x) for name in ("levels", "across", "refinements") for x in (-1, 1.5, "a", True)],
         *[(name, x) for name in ("iterations", "stages") for x in (0, -1, 1.5, "a")],
+        *[(name, np.ones(3)) for name in ("boundary", "continuation", "minimise", "solver")],
         *[("growth", x) for x in (1, NAN, np.inf, "a", 1e300)],
     ],
 )
@@ -57,7 +59,7 @@ def test_options_of_a_fit_are_checked(name: str, value: object) -> None:
         FitOptions(**{name: value})
 
 
-@pytest.mark.parametrize("value", [-1, NAN, np.inf, "a", None, [1]])
+@pytest.mark.parametrize("value", [-1, NAN, np.inf, "a", None, [1], 1e300])
 def test_weights_are_finite(value: object) -> None:
     with pytest.raises(InputError, match=r"Weights\.cover"):
         Weights(cover=value)  # type: ignore[arg-type]
