@@ -110,7 +110,7 @@ class StripModel:
 
     def pairs(self, values: Array) -> tuple[Array, Array]:
         """Values per edge (edges, ...) as the two sides of every strip, each (strips, ...)."""
-        if not isinstance(values, np.ndarray):
+        if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub":
             values = as_numbers("StripModel.pairs", values)
         if values.shape[:1] != (self.edges,):
             problem = f"expected values of {self.edges} edges, found shape {values.shape}"

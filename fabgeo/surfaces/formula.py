@@ -183,7 +183,9 @@ class FormulaChart:
     ) -> None:
         self.domain = frozen("formula domain", [u, v], (2, 2), most=FARTHEST)
         # As far apart as it takes to tell samples between them from each other.
-        if not (np.diff(self.domain)[:, 0] > FINEST * np.abs(self.domain).max(axis=1)).all():
+        if not (
+            np.diff(self.domain)[:, 0] > FINEST * np.abs(self.domain).max(axis=1, initial=1e-3)
+        ).all():
             raise InputError("formula domain", f"expected u0 < u1 and v0 < v1, found {u} and {v}")
         first, second = (checked_flag("formula closed", way) for way in closed)
         self.closed = (first, second)
