@@ -153,9 +153,12 @@ class ReadPart:
         edges = read_edges(self.shape)
         return np.concatenate([e.points(2 if e.kind == "line" else count) for e in edges])
 
-    def bounding_box(self) -> tuple[Array, Array]:
-        """Lowest and highest corner."""
-        return measure.bounding_box(self.shape)
+    def bounding_box(self, frame: Array | None = None) -> tuple[Array, Array]:
+        """Lowest and highest corner; along the axes of a frame (4, 4), seen from its origin."""
+        if frame is None:
+            return measure.bounding_box(self.shape)
+        back = kernel.to_location(np.linalg.inv(frame))
+        return measure.bounding_box(self.shape.Moved(back))
 
 
 def read_package_step(path: str | os.PathLike[str]) -> list[ReadPart]:

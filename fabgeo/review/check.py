@@ -15,13 +15,16 @@ from fabgeo.review.check_bill import check_bill
 from fabgeo.review.check_columns import check_columns
 from fabgeo.review.check_families import check_families
 from fabgeo.review.check_files import check_files
+from fabgeo.review.check_fixings import check_fixings
 from fabgeo.review.check_flats import check_flats
 from fabgeo.review.check_forming import check_forming
+from fabgeo.review.check_kinks import check_kinks
 from fabgeo.review.check_manifest import check_manifest
 from fabgeo.review.check_marks import check_marks
 from fabgeo.review.check_model import check_model
 from fabgeo.review.check_neighbours import check_neighbours
 from fabgeo.review.check_parts import check_parts
+from fabgeo.review.check_planks import check_planks
 from fabgeo.review.check_rows import check_rows
 from fabgeo.review.check_setout import check_setout
 from fabgeo.review.check_sheets import check_sheets
@@ -30,6 +33,7 @@ from fabgeo.review.check_solids import check_solids
 from fabgeo.review.check_strips import check_strips
 from fabgeo.review.check_summary import check_summary
 from fabgeo.review.check_tables import check_tables
+from fabgeo.review.check_welds import check_welds
 from fabgeo.review.findings import CheckReport, Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage
@@ -41,6 +45,9 @@ STEPS = (
     check_sheets,
     check_rows,
     check_beams,
+    check_welds,
+    check_planks,
+    check_fixings,
     check_neighbours,
     check_site,
     check_setout,
@@ -55,6 +62,7 @@ STEPS = (
     check_parts,
     check_summary,
     check_strips,
+    check_kinks,
 )
 
 

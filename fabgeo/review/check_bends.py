@@ -34,6 +34,9 @@ def check_bends(flat: FlatFile, rows: list[dict[str, str]], findings: Findings, 
         return
     if not rows:
         return
+    for k, row in enumerate(rows, 1):
+        if row.get("bend") != str(k):
+            findings.add(flat.mark, "number of a bend line in its table", k, row.get("bend"), name)
     columns = ("x1_mm", "y1_mm", "x2_mm", "y2_mm", "length_mm")
     stated = _columns(rows, columns)
     lengths = np.linalg.norm(flat.bends[:, 1] - flat.bends[:, 0], axis=1)

@@ -1,7 +1,8 @@
 """STEP files of families hold what model/facade.step holds of them, statement by statement.
 
 A statement has the same number in both (`fabgeo.cad.stepjoin`): their texts are compared by hashes,
-without the kernel.
+without the kernel. A model that another program has written since has other statements for the same
+solids: of it the marks are compared alone.
 """
 
 from __future__ import annotations
@@ -23,6 +24,10 @@ CHUNK = 1 << 24  # bytes that are divided into statements at a time
 ROOT, PLACE = 7, 6  # statements of facade.step's root, and of each family's place in it
 TAIL = 8192  # bytes in which these are
 
+MARKS = {"panels": "P-", "cells": "C-", "walls": "W-", "beams": "B-", "connectors": "K-"}
+"""How the marks of a family begin."""
+
+_SYSTEM = re.compile(rb"FILE_NAME\(.*?,\s*'(?P<system>(?:[^']|'')*)'\s*,\s*'[^']*'\s*\)\s*;", re.S)
 _NAME = re.compile(rb"= (?:PRODUCT\(|NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+',)'((?:[^']|'')*)'")
 
 
@@ -31,8 +36,12 @@ def check_families(package: WrittenPackage, measured: Measured, findings: Findin
 
     Where a part of the model was itself found wrong, the file of its family is not named too.
     """
-    del measured
     if not package.step.is_file():
+        return
+    near = {name: package.step.with_name(f"{name}.step") for name in FAMILIES}
+    system = _system(package.step)
+    if any(path.is_file() and _system(path) != system for path in near.values()):
+        _same_marks(near, measured, findings)
         return
     files = {name: package.step.with_name(f"{name}.step") for name in _families(package.step)}
     there = {name: path for name, path in files.items() if path.is_file()}
@@ -45,6 +54,24 @@ def check_families(package: WrittenPackage, measured: Measured, findings: Findin
             near = ", ".join(sorted(marks)[:3]) or "none"
             findings.add(f"model/{name}.step", "statements", "those of model/facade.step",
                          f"other ones, about {near}")  # fmt: skip
+
+
+def _system(path: Path) -> bytes:
+    """The program that a STEP file's header calls its origin."""
+    with path.open("rb") as stream:
+        found = _SYSTEM.search(stream.read(TAIL))
+    return found["system"] if found else b""
+
+
+def _same_marks(files: dict[str, Path], measured: Measured, findings: Findings) -> None:
+    """Every family that has a file names in it the marks that the model has of it."""
+    for name, start in MARKS.items():
+        due = {mark for mark in measured.names if mark.startswith(start)}
+        if files[name].is_file() and due:
+            lost = due - _names(files[name], None)
+            if lost:
+                words = f"without {', '.join(sorted(lost)[:3])}"
+                findings.add(f"model/{name}.step", "marks", "those of model/facade.step", words)
 
 
 def _families(path: Path) -> list[str]:
@@ -96,12 +123,12 @@ def _statements(path: Path) -> Iterator[bytes]:
         yield from rest.split(b";\n")
 
 
-def _names(path: Path, places: IntArray) -> set[str]:
-    """The products that some statements are of: they name one, or follow the one that does."""
-    name, names, at = b"", set[str](), set(places.tolist())
-    for k, text in enumerate(islice(_statements(path), max(at) + 1)):
+def _names(path: Path, places: IntArray | None) -> set[str]:
+    """The products that some statements are of, None: all; they name one, or follow that does."""
+    name, names, at = b"", set[str](), None if places is None else set(places.tolist())
+    for k, text in enumerate(islice(_statements(path), None if at is None else max(at) + 1)):
         if found := _NAME.search(text):
             name = found[1]
-        if k in at:
+        if at is None or k in at:
             names.add(name.decode(errors="replace"))
     return names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 
 import numpy as np
@@ -15,7 +16,11 @@ LARGEST_TOLERANCE = 0.5  # mm: outlines that are this much off are no cut parts
 THICKNESS = 0.02  # mm
 BOX = 0.1  # mm, boxes are written with one decimal
 FEW = 0.5  # share of the rows that have to contradict a setting for it to be wrong
-SURFACE_FILES = ("strips.json", "index.html")
+EQUAL, WIDER = 0.05, 0.5  # mm: spacings that are the same, and one that is wider than stated
+UNLIKE, SHARE = 6, 0.2  # how many parts of other sizes, and which share of all, have it
+PAGE = "index.html"
+SURFACE_FILES = ("strips.json", PAGE)
+MARK = re.compile(r"\b[PCBWK]-\d{2,}-\d+(?:-[A-Za-z0-9]+)?\b")
 
 
 def check_manifest(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -35,8 +40,10 @@ def check_manifest(package: WrittenPackage, measured: Measured, findings: Findin
             findings.add(NAME, f"project's {table}", "present", "missing")
     if project.get("strips"):
         _files(package, findings)
+        _page(package, findings)
     _panels(package, measured, findings)
     _transport(package, findings)
+    _spacing(package, measured, findings)
 
 
 def _files(package: WrittenPackage, findings: Findings) -> None:
@@ -46,6 +53,19 @@ def _files(package: WrittenPackage, findings: Findings) -> None:
     for name in due:
         if name not in listed and not (package.folder / name).is_file():
             findings.add(name, "file of every project", "present", "missing")
+
+
+def _page(package: WrittenPackage, findings: Findings) -> None:
+    """The page tells of every part: all marks of the schedules stand in it."""
+    path = package.folder / PAGE
+    if not path.is_file():
+        return
+    told = set(MARK.findall(path.read_text(encoding="utf-8", errors="replace")))
+    names = ("panels", "plates", "beams", "cells", "connectors")
+    marks = {row.get("mark", "") for name in names for row in package.tables[name]}
+    lost = sorted(mark for mark in marks - told if MARK.fullmatch(mark))
+    if lost:
+        findings.add(PAGE, "marks of the schedules", "all", f"without {', '.join(lost[:3])}")
 
 
 def _panels(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
@@ -80,3 +100,19 @@ def _transport(package: WrittenPackage, findings: Findings) -> None:
     if says and says.count(False) > FEW * len(says):
         words = f"a box by which {says.count(True)} of {len(says)} verdicts are right"
         findings.add(NAME, "limits.transport_mm", "the verdicts' box", words)
+
+
+def _spacing(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
+    """Where many unlike parts are equally far from the next, that is what they were nested by.
+
+    Like parts lie alike by chance; sheets with much room left tell nothing.
+    """
+    spacing = package.setting("nesting", "spacing", None)
+    near = np.array([own for sheet in measured.sheets.values() for own in sheet.near])
+    if not isinstance(spacing, int | float) or not len(near):
+        return
+    least = float(near[:, 0].min())
+    closest = near[near[:, 0] < least + EQUAL]
+    unlike = len(np.unique(np.round(np.log(closest[:, 1]), 3)))
+    if unlike >= UNLIKE and len(closest) > SHARE * len(near) and least > spacing + WIDER:
+        findings.add(NAME, "nesting.spacing of the sheets", least, spacing)

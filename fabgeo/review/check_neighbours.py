@@ -24,7 +24,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabgeo.arrays import cross
+from fabgeo.arrays import Array
+from fabgeo.review.check_kinks import turns_between
 from fabgeo.review.check_rows import CENTRE
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
@@ -55,6 +56,8 @@ class Facing:
         What the panels' own bending may add to the kink across the width of the joint, degrees.
     faced : two pairs of float
         From where to where each edge has the other across, as shares of its length.
+    points, turns : (n, 3) array
+        Where it is measured on the first edge, and rotation vectors from its panel's normals there.
     """
 
     width: float
@@ -63,6 +66,8 @@ class Facing:
     kink: float
     bend: float
     faced: tuple[tuple[float, float], tuple[float, float]]
+    points: Array
+    turns: Array
 
 
 type Joint = tuple[PanelEdge, PanelEdge, Facing]
@@ -132,6 +137,8 @@ def check_neighbours(package: WrittenPackage, measured: Measured, findings: Find
             _judge(mark, own, rows[mark], uncut and mark not in near_cut, findings)
         if uncut:
             _named(mark, own.beside | lost, rows[mark], findings)
+    if uncut and not elsewhere:
+        measured.joints = along + ends
 
 
 def _is_slit(pair: tuple[PanelEdge, PanelEdge], slits: Mapping[str, set[str]]) -> bool:
@@ -243,7 +250,8 @@ def _across(
         return None
     some, place, t, width = some[inside], place[inside], t[inside], width[inside]
     n1, n2 = one.normals[some], other.normal_at(place, t)
-    angle = np.arctan2(np.linalg.norm(cross(n1, n2), axis=1), np.abs(np.sum(n1 * n2, axis=1)))
+    turns = turns_between(n1, n2)
+    angle = np.linalg.norm(turns, axis=1)
     if angle.max() > CORNER:
         return None
     half = 0.5 * joint * np.cos(0.5 * angle)
@@ -266,6 +274,8 @@ def _across(
         float(np.degrees(angle.max())),
         float(np.degrees(joint * (one.curvature + other.curvature))),
         ((float(own.min()), float(own.max())), (float(back.min()), float(back.max()))),
+        one.points[some],
+        turns,
     )
 
 

@@ -11,6 +11,7 @@ from fabgeo.review.check_axes import check_axis
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
 from fabgeo.review.package import WrittenPackage, number
+from fabgeo.review.rails import diagonals_apart
 from fabgeo.review.solid_plate import SolidPlate, developed
 
 CENTRE = "centre of gravity"
@@ -24,6 +25,8 @@ UNEVEN = 4.0  # how much faster than evenly normals may turn somewhere along a r
 SHAPED = {"half_angle_deg": ("cone",)}  # columns that panels of some classes have
 FLAT_RADIUS = 1e6  # mm: a radius beyond is not compared
 NEAR = 4  # samples of a web beside which its largest radius was looked for
+DIAGONALS = 0.01, 0.1  # mm, and relative
+FLANGE = 0.05  # mm: of 2,500 panels none changed more than it deviates
 CAMBER = 0.02, 6e-4  # mm, and relative: 350 plates were off by rounding and 2e-4 at most
 
 
@@ -97,6 +100,7 @@ def _bent(
         within = TWIST + 0.05 * stated
         findings.near(mark, "twist_max_deg of its solid", float(twist.max()), stated, within)
     _developable(package, mark, plate, findings)
+    _row_of_panel(mark, row, plate, findings)
     kind = row.get("class", "developable")
     _radii(mark, kind, row, plate.radii, findings)
     _camber(mark, row, plate, findings)
@@ -108,6 +112,19 @@ def _bent(
         _class(package, mark, kind, plate, unit(first + second), findings)
     if kind in ("cylinder", "cone"):
         check_axis(mark, kind, row, plate, findings)
+
+
+def _row_of_panel(mark: str, row: dict[str, str], plate: SolidPlate, findings: Findings) -> None:
+    """Figures of the panel's own shape; its distance from a flange changes no more than it does."""
+    stated = number(row, "developability_mm")
+    if stated is not None:
+        found = diagonals_apart(*plate.four_sided)
+        size = float(np.linalg.norm(np.subtract(*plate.four_sided), axis=1).max())
+        within = DIAGONALS[0] + DIAGONALS[1] * stated + np.radians(TWIST) * size
+        findings.near(mark, "developability_mm of its solid", float(found.max()), stated, within)
+    flange, fit = number(row, "flange_mm"), number(row, "fit_deviation_mm")
+    if flange is not None and fit is not None and flange > fit + FLANGE + 0.05 * fit:
+        findings.add(mark, "flange_mm", f"at most fit_deviation_mm, {fit:g}", flange)
 
 
 def _radii(mark: str, kind: str, row: dict[str, str], radii: Array, findings: Findings) -> None:

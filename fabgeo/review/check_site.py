@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from fabgeo.arrays import Array
+from fabgeo.review.check_marks import PANEL
 from fabgeo.review.check_work import each
 from fabgeo.review.findings import Findings
 from fabgeo.review.measured import Measured
@@ -119,18 +120,14 @@ def _order(package: WrittenPackage, findings: Findings) -> None:
         elif place is not None:
             seen[place] = mark
     known = {mark: place for place, mark in seen.items()}
+    order = {mark: known[mark] for row in panels if (mark := row.get("mark", "")) in known}
+    for mark in _out_of_order(order):
+        findings.add(mark, "erection_order", "strip by strip, cell by cell", order[mark])
     first: dict[float, float] = {}
-    last: dict[float, float] = {}
     for row in panels:
         strip, place = number(row, "strip"), known.get(row.get("mark", ""))
         if strip is not None and place is not None:
             first[strip] = min(first.get(strip, place), place)
-            last[strip] = max(last.get(strip, place), place)
-    for row in panels:
-        strip, place = number(row, "strip"), known.get(row.get("mark", ""))
-        if strip is not None and place is not None and place < last.get(strip - 1, 0.0):
-            words = f"after strip {strip - 1:g}, whose last is {last[strip - 1]:g}"
-            findings.add(row.get("mark", ""), "erection_order", words, place)
     for row in beams:
         edge, place = number(row, "edge"), known.get(row.get("mark", ""))
         if edge is not None and place is not None and place > first.get(edge, np.inf):
@@ -141,3 +138,19 @@ def _order(package: WrittenPackage, findings: Findings) -> None:
         panel = stated.get(f"P{mark[1:]}")
         if place is not None and panel is not None:
             findings.near(mark, "erection_order of its panel", panel, place, 0.0)
+
+
+def _out_of_order(places: dict[str, float]) -> list[str]:
+    """Panels that stand out of the order of their marks' numbers, by their places.
+
+    What one panel displaced has moved by one is not named: who passes the most others is.
+    """
+    order = sorted((mark for mark in places if PANEL.match(mark)), key=lambda mark: places[mark])
+    numbers = np.array([PANEL.findall(mark)[0] for mark in order], dtype=int).reshape(-1, 2)
+    ranks = np.argsort(np.lexsort(numbers.T[::-1]), kind="stable")
+    if np.array_equal(ranks, np.arange(len(ranks))):
+        return []
+    passed = np.triu(ranks[:, None] > ranks)
+    count = passed.sum(axis=0) + passed.sum(axis=1)
+    wrong = (ranks != np.arange(len(ranks))) & (2 * count > count.max())
+    return [order[k] for k in np.flatnonzero(wrong)]

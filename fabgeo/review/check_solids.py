@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fabgeo.errors import InputError
 from fabgeo.review.check_work import each, noted
 from fabgeo.review.findings import Findings
-from fabgeo.review.measured import Measured
+from fabgeo.review.measured import Measured, Piece
 from fabgeo.review.package import WrittenPackage
 from fabgeo.review.solid_plate import VOLUME_EPS, solid_plate
 from fabgeo.review.step_faces import turned_faces
@@ -63,6 +63,9 @@ def check_solids(package: WrittenPackage, measured: Measured, findings: Findings
     measured.names.update(Counter(path[-1] for path in measured.fixings))
     measured.figures["solids"] = float(measured.parts)
     measured.figures["invalid_solids"] = float(len(measured.unsound))
+    titles = {package.project.get("name"), package.manifest.get("name")} - {None}
+    for root in sorted(measured.roots - titles) if titles else ():
+        findings.add("model/facade.step", "name of its root", " or ".join(map(str, titles)), root)
     _names(package, measured, findings)
 
 
@@ -88,7 +91,9 @@ def _measure_share(
             pieces[part.path] += 1
     for path in measured.fixings:
         _in_family(path[-1], path[:-1], findings)
+    measured.roots.update(part.path[0] for part in parts if len(part.path) > 1)
     _placed_once(pieces, findings)
+    measured.pieces.update(_pieces(parts))
     measured.parts = len(parts)
     for part in _products(parts):
         _measure(part, part.name in cut, measured, findings)
@@ -119,6 +124,21 @@ def _placed_once(pieces: Counter[tuple[str, ...]], findings: Findings) -> None:
             findings.add(mark, "times in the model", 1, count)
 
 
+def _pieces(parts: list[ReadPart]) -> dict[str, tuple[Piece, ...]]:
+    """Pieces of every product of fixings, those of the first connector that holds it."""
+    first: dict[str, tuple[str, ...]] = {}
+    found: dict[str, list[Piece]] = {}
+    for part in parts:
+        k = _fixing(part)
+        if k is None or len(part.path) < k + 3:  # a product of one solid has no pieces
+            continue
+        product = part.path[k + 1]
+        if first.setdefault(product, part.path[: k + 1]) == part.path[: k + 1]:
+            piece = Piece(part.name, *part.bounding_box(part.frames[k + 1]))
+            found.setdefault(product, []).append(piece)
+    return {product: tuple(own) for product, own in found.items()}
+
+
 def _products(parts: list[ReadPart]) -> Iterator[ReadPart]:
     """All parts, but of equal fixings, which are one product, only the first."""
     seen: set[int] = set()
@@ -133,7 +153,7 @@ def _products(parts: list[ReadPart]) -> Iterator[ReadPart]:
 def _measure(part: ReadPart, cut: bool, measured: Measured, findings: Findings) -> None:
     """Measure one solid; as a plate if it is cut flat."""
     if not _sound(part, measured, findings):
-        measured.unsound.add(part.name)
+        measured.unsound.add("/".join(part.path[-2:]))
     elif cut:
         of_part = measured.volumes[part.name], measured.centres[part.name]
         plate = solid_plate(part, *of_part)
@@ -151,22 +171,30 @@ def _fixing(part: ReadPart) -> int | None:
     return next((k for k, name in enumerate(part.path) if name.startswith("K-")), None)
 
 
+def _subject(part: ReadPart) -> tuple[str, str]:
+    """Whom findings about a part name: itself, or the product of fixings that it is a piece of."""
+    k = _fixing(part)
+    if k is None:
+        return part.name, ""
+    return part.path[min(k + 1, len(part.path) - 1)], f" of its {part.name}"
+
+
 def _sound(part: ReadPart, measured: Measured, findings: Findings) -> bool:
     """Whether a part is one valid, closed solid turned outwards; notes what it is not."""
     from fabgeo.cad import kernel, measure
 
-    before = len(findings.items)
+    before, (name, of) = len(findings.items), _subject(part)
     solids = len(kernel.solids(part.shape))
     if solids != 1:
-        findings.add(part.name, "solids in the model", 1, solids)
+        findings.add(name, f"solids in the model{of}", 1, solids)
     if not measure.is_valid(part.shape):
-        findings.add(part.name, "solid in the model", "valid", "not valid")
+        findings.add(name, f"solid in the model{of}", "valid", "not valid")
     loose = measure.max_tolerance(part.shape)
     if loose > LOOSE:  # a reader makes what does not fit valid by wide tolerances
-        findings.add(part.name, "edges off their faces in mm", f"at most {LOOSE}", loose)
+        findings.add(name, f"edges off their faces in mm{of}", f"at most {LOOSE}", loose)
     if not measure.is_closed(part.shape):
-        findings.add(part.name, "solid in the model", "closed", "open or turned faces")
-    if _fixing(part) is not None:  # threads take long to integrate, and no row states them
+        findings.add(name, f"solid in the model{of}", "closed", "open or turned faces")
+    if of:  # threads take long to integrate, and no row states them
         return len(findings.items) == before
     volume, centre = measure.volume(part.shape, VOLUME_EPS)
     if volume <= 0.0:

@@ -31,6 +31,8 @@ FEW = 2  # panels off their strips: with more of them, it is the strips that lie
 PLACES = 7  # along a panel
 ACROSS = np.array([0.1, 0.5, 0.9])  # its long edges may reach beyond the strip where it is offset
 DRAWN = 0.75, 30.0  # mm: what lies nearer an edge ends at a boundary, what lies farther at a lane
+CELLS, FACES = 40, 60  # cells that tell the depth, and points on their inner faces at least
+DEPTH = 0.1  # mm: of half of the points 1e-3 at most
 JOINT = 0.5  # mm, beside half the stated gap: drawings-back of 2,966 edges were 0.4 of that off
 
 
@@ -46,6 +48,8 @@ def check_strips(package: WrittenPackage, measured: Measured, findings: Findings
     for name, model in zip(model_names(package), models, strict=True):
         if kind is not None and model.kind != kind:
             findings.add(name, "kind", kind, model.kind)
+    if len(models) == 1 and NAME not in {found.part for found in findings.items}:
+        _deep(package, models[0], measured, findings)
     rows = {row.get("mark", ""): row for row in package.tables["panels"]}
     rails = {mark: measured.plates[mark].rails() for mark in rows if mark in measured.plates}
     known = {mark: pair for mark, pair in rails.items() if pair is not None}
@@ -92,6 +96,25 @@ def _places(a: Array, b: Array) -> Array:
     at = np.linspace(0, len(a) - 1, PLACES).round().astype(int)
     v = ACROSS[:, None, None]
     return ((1.0 - v) * a[at] + v * b[at]).reshape(-1, 3)
+
+
+def _deep(
+    package: WrittenPackage, model: StripModel, measured: Measured, findings: Findings
+) -> None:
+    """Cells of a conical model reach as deep below its strips as the project says.
+
+    Their inner faces are the strips' own, offset; above a fold inner corners have no foot.
+    """
+    asked = abs(float(package.setting("cells", "depth", 0.0)))
+    marks = sorted(measured.cells)
+    if model.kind != "conical" or not asked or not marks:
+        return
+    some = np.unique(np.linspace(0, len(marks) - 1, CELLS).round().astype(int)).tolist()
+    distance, within = _feet(model, np.concatenate([measured.cells[marks[k]] for k in some]))
+    deep = distance[within & (distance > 0.5 * float(distance.max(initial=0.0)))]
+    found = float(np.median(deep)) if len(deep) >= FACES else asked
+    if not abs(found - asked) <= DEPTH:
+        findings.add("manifest.json", "cells.depth of the cells", found, asked)
 
 
 def _feet(model: StripModel, points: Array) -> tuple[Array, BoolArray]:

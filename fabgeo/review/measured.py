@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from fabgeo.arrays import Array
 from fabgeo.review.solid_plate import SolidPlate
+
+if TYPE_CHECKING:
+    from fabgeo.review.check_neighbours import Joint
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ class FlatFile:
 class SheetFile:
     """One nested sheet in numbers: marks on it, net area of its parts in mm2, its stock's sides.
 
-    `cut` is the length of all its contours in mm, `pierces` their number.
+    `cut` is the length of all its contours in mm, `pierces` their number; `near` has for every part
+    the distance to the nearest other one and its area, of a sheet with several.
     """
 
     marks: tuple[str, ...]
@@ -50,11 +55,34 @@ class SheetFile:
     size: tuple[float, float]
     cut: float
     pierces: int
+    near: tuple[tuple[float, float], ...] = ()
 
     @property
     def whole(self) -> float:
         """Area of its stock in mm2."""
         return self.size[0] * self.size[1]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A solid of a fixing's product: its name, its box from `low` to `high`, (3,) each.
+
+    In the product's frame: z along the fixing's axis, from the flange's outer face to the panel.
+    """
+
+    name: str
+    low: Array
+    high: Array
+
+    @property
+    def kind(self) -> str:
+        """Its name without size and number: bolt, washer, base plate."""
+        return self.name.partition(" M")[0].rstrip("0123456789 ")
+
+    @property
+    def place(self) -> Array:
+        """Middle (2,) of the box, seen along the axis."""
+        return 0.5 * (self.low + self.high)[:2]
 
 
 @dataclass
@@ -70,15 +98,21 @@ class Measured:
     """Placed solids of the model, the pieces of connectors too."""
     names: dict[str, int] = field(default_factory=dict)
     """How many parts have a name; a connector is one."""
+    roots: set[str] = field(default_factory=set)
+    """Names of the assemblies that nothing in the model holds: one, the project's."""
     unsound: set[str] = field(default_factory=set)
     """Solids that are not one valid, closed solid turned outwards."""
     fixings: dict[tuple[str, ...], Array] = field(default_factory=dict)
     """Placement (4, 4) of every connector in the model, by the names from the root down to it."""
     products: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Name of the product that is placed in a connector, if it has one of its own."""
+    pieces: dict[str, tuple[Piece, ...]] = field(default_factory=dict)
+    """Of every product of fixings, by its name."""
     flats: dict[str, FlatFile] = field(default_factory=dict)
     edge_errors: dict[str, Array] = field(default_factory=dict)
     """Flat length less the solid's of every edge, in the order of the plate's edges, mm."""
+    joints: list[Joint] = field(default_factory=list)
+    """All that face each other, where every panel lies as it is stated to."""
     on_sheets: dict[str, list[str]] = field(default_factory=dict)
     sheets: dict[str, SheetFile] = field(default_factory=dict)
     figures: dict[str, float] = field(default_factory=dict)
@@ -97,10 +131,15 @@ class Measured:
             "sheets",
         ):
             getattr(self, name).update(getattr(other, name))
+        for product, pieces in other.pieces.items():  # a product may be in several shares
+            own = self.pieces.get(product, ())
+            known = {piece.name for piece in own}
+            self.pieces[product] = (*own, *(piece for piece in pieces if piece.name not in known))
         self.parts += other.parts
         for name, count in other.names.items():
             self.names[name] = self.names.get(name, 0) + count
         self.unsound |= other.unsound
+        self.roots |= other.roots
         for mark, names in other.on_sheets.items():
             self.on_sheets.setdefault(mark, []).extend(names)
         for key, value in other.figures.items():

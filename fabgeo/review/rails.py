@@ -17,6 +17,22 @@ def rail_normals(a: Array, b: Array) -> tuple[Array, Array]:
     return first, second
 
 
+def diagonals_apart(a: Array, b: Array) -> Array:
+    """Distance (n,) in mm of the diagonals of the quads at the rulings of two rails (n, 3).
+
+    A quad has two corners on a ruling's ends and two more where the edges lead from there, as far
+    along them as the ruling is long: 0 on developables (paper, eq. 2).
+    """
+    from scipy.interpolate import CubicSpline
+
+    sites = np.arange(len(a), dtype=float)
+    speeds = unit(CubicSpline(sites, np.stack([a, b], axis=1))(sites, 1))
+    along, beside, ruling = speeds[:, 0], speeds[:, 1], unit(b - a)
+    volume = np.abs(np.sum(cross(along, beside) * ruling, axis=1))
+    base = np.linalg.norm(cross(ruling + beside, ruling - along), axis=1)
+    return np.linalg.norm(b - a, axis=1) * volume / np.maximum(base, 1e-300)
+
+
 def bending_sides(a: Array, b: Array) -> Array:
     """For every ruling (n,) +1 where the strip bends towards the side of its `rail_normals`."""
     from scipy.interpolate import CubicSpline

@@ -160,6 +160,8 @@ FAULTS: dict[str, tuple[Fault, Iterable[str]]] = {
     "thickness": (put(MANIFEST, 5.0, "project", "panels", "thickness"), {MANIFEST}),
     "material": (put(MANIFEST, "steel", "project", "panels", "material"), {MANIFEST}),
     "tolerance": (put(MANIFEST, 5.0, "project", "cutting", "tolerance"), {MANIFEST}),
+    "depth": (put(MANIFEST, -245.0, "project", "cells", "depth"), {MANIFEST}),
+    "spacing": (put(MANIFEST, 3.0, "project", "nesting", "spacing"), {MANIFEST}),
     "transport": (
         put(MANIFEST, [900.0, 500.0, 500.0], "project", "limits", "transport_mm"),
         {MANIFEST},
@@ -216,6 +218,21 @@ def test_a_false_statement_is_named_by_its_part_alone(
     found = named(folder, package[1])
     assert set(expected) <= found
     assert {part for part in found if "/" not in part and "." not in part} <= set(expected)
+
+
+@pytest.mark.slow
+def test_a_model_that_another_program_has_written_is_none_of_its_families_faults(
+    package: tuple[Path, Measured], tmp_path: Path
+) -> None:
+    """Other numbers of statements, another layout; a part that its family lacks is still told."""
+    folder = tmp_path / "out"
+    shutil.copytree(package[0], folder)
+    path = folder / "model" / "facade.step"
+    found = path.read_text().replace("'fabgeo'", "'Another CAD'", 1).replace(" = ", "=")
+    path.write_text(re.sub(r"#(\d+)", lambda m: f"#{int(m[1]) + 7}", found), newline="")
+    assert not named(folder, package[1])
+    text("cells", lambda own: own.replace(f"'{C}'", "'C-77-77'"))(folder)
+    assert named(folder, package[1]) == {"model/cells.step"}
 
 
 def test_the_check_knows_the_limits_of_projects_and_their_defaults() -> None:
