@@ -1,7 +1,7 @@
 """The `fabgeo` command: arguments in, exit codes out; the work is done in `fabgeo.build`.
 
-Exit codes: 0 all within limits, 1 built but some verdict fails, 2 bad input, 3 internal failure,
-130 interrupted.
+Exit codes: 0 all within limits, 1 built but some verdict fails, 2 bad input or a full disk,
+3 internal failure, 130 interrupted.
 """
 
 from __future__ import annotations

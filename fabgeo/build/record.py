@@ -82,7 +82,7 @@ def record_of(
         seconds=seconds,
         deviation=DeviationMap(*seen),
         tradeoff=design.tradeoff,
-        remarks=(*design.notes, *_uncovered(model["covered_share"])),
+        remarks=(*design.notes, *_uncovered(model["covered_share"]), *_unfixed(design)),
         not_asked=not_asked,
         materials={
             name: {"name": name, "density_kg_m3": project.material(name).density}
@@ -98,6 +98,18 @@ def _uncovered(share: float | None) -> tuple[str, ...]:
     return (
         f"model: {100.0 * (1.0 - share):.1f} % of the surface lies beside the strips; let them "
         'overhang it (start = "principal", or "iso" with strips.overhang) and raise strips.cover',
+    )
+
+
+def _unfixed(design: Design) -> tuple[str, ...]:
+    """A remark where panels lack fixings that were asked for: their rows tell each its reason."""
+    lacking = {m: why for m, (verdict, why) in design.complaints.items() if verdict == "warn"}
+    if not lacking:
+        return ()
+    mark, reason = next(iter(lacking.items()))
+    return (
+        f"connectors: {len(lacking)} of {len(design.panels)} panels lack fixings, "
+        f"{len(design.connectors)} are made in all; {mark}: {reason}",
     )
 
 
