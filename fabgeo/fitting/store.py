@@ -112,7 +112,7 @@ def load_model(path: str | Path) -> StripModel:
         words = [f"lacks {sorted(missing)}"] if missing else []
         words += [f"holds unknown entries {sorted(unknown)}"] if unknown else []
         raise InputError(where, " and ".join(words))
-    if not isinstance(data["kind"], str) or data["kind"] not in KINDS:
+    if data["kind"] not in KINDS:
         raise InputError(f"{where}: kind", f"expected one of {KINDS}, found {shown(data['kind'])}")
     for name in ("closed_u", "closed_i"):
         if not isinstance(data[name], bool):
