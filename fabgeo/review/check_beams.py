@@ -70,14 +70,14 @@ def _section(mark: str, row: Row, own: list[Row], measured: Measured, findings: 
 def _length(web: SolidPlate, flanges: list[SolidPlate]) -> tuple[float, float]:
     """Bounds of the length midway between the beam's outer faces, stated by chords.
 
-    Chords are as fine as every second sample at least. Flanges of two thicknesses shift the middle
-    of the beam off that of its web by half their difference.
+    Chords are as fine as every second sample at least. Flanges of two thicknesses, or one alone,
+    shift the middle of the beam off that of its web by half their difference.
     """
     a, b = web.four_sided
     middle = 0.5 * (a + b)
     length = polyline_length(middle)
     coarse = float(np.linalg.norm(np.diff(middle[::2], axis=0), axis=1).sum())
-    thick = [flange.thickness for flange in flanges] or [0.0]
+    thick = [flange.thickness for flange in flanges] + [0.0] * (2 - len(flanges))
     least = max(float(np.linalg.norm(b - a, axis=1).min()), 1e-9)
     shift = abs(polyline_length(a) - polyline_length(b)) * 0.5 * (max(thick) - min(thick)) / least
     slack = LENGTH * length + ROUNDED + shift
