@@ -148,5 +148,5 @@ def test_seams_lie_where_free_edges_of_a_cylinder_do():
 
 
 def test_a_covering_of_nothing_is_refused():
-    with pytest.raises(InputError, match="one model or more"):
+    with pytest.raises(InputError, match="models: expected a whole number"):
         cover(BOWL, 0)
