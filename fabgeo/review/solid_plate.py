@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fabgeo.arrays import Array, ComplexArray, cross, unit
+from fabgeo.arrays import Array, ComplexArray, cross, dot, unit
 from fabgeo.errors import GeometryError
 from fabgeo.review.plate_sides import loops, sides, skins
 from fabgeo.review.rails import rail_normals, ruling_radii
@@ -167,9 +167,18 @@ def solid_plate(part: ReadPart, volume: float, centre: Array) -> SolidPlate | No
 
 
 def _thickness(apart: list[tuple[Array, Array]]) -> float:
-    """Mean distance of the skins' points along the edges whose sides are square to them."""
-    means = np.array([np.linalg.norm(a - b, axis=1).mean() for a, b in apart])
-    return float(means[means <= SQUARE * means.min()].mean())
+    """Mean distance of the skins along the edges whose sides are square to them.
+
+    Between bevelled ends one skin's edges are longer: what its points are ahead along the edge is
+    left out.
+    """
+    means = []
+    for a, b in apart:
+        along = np.gradient(0.5 * (a + b), axis=0)
+        ahead = dot(b - a, along) / np.maximum(dot(along, along), 1e-300)
+        means.append(np.linalg.norm(b - a - ahead[:, None] * along, axis=1).mean())
+    least = SQUARE * min(means)
+    return float(np.mean([mean for mean in means if mean <= least]))
 
 
 def _is_straight(points: Array, tolerance: float = 1e-6) -> bool:

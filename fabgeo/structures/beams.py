@@ -24,7 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from fabgeo.arrays import Array, cross, dot
+from fabgeo.arrays import Array, cross, dot, unit
 from fabgeo.errors import GeometryError, InputError
 from fabgeo.strips.axes import Axes, axes
 from fabgeo.strips.interpolated import interpolated, knots_between
@@ -222,7 +222,7 @@ def _info(line: BeamLine, u0: float, u1: float, body: list[Plate]) -> dict[str, 
     u = np.linspace(u0, u1, 65)
     outer, inner = line.axis_point(u, s.outer), line.axis_point(u, s.outer - s.depth)
     middle = (outer + inner) / 2.0
-    depth = np.linalg.norm(outer - inner, axis=-1)
+    depth = _depth(line, u, body)
     chord = middle[-1] - middle[0]
     span = float(np.linalg.norm(chord))
     off = np.linalg.norm(cross(middle - middle[0], chord), axis=-1) / max(span, 1e-300)
@@ -246,6 +246,28 @@ def _info(line: BeamLine, u0: float, u1: float, body: list[Plate]) -> dict[str, 
     for role, (least, largest) in radii.items():
         info[f"{role}_radius_min"], info[f"{role}_radius_max"] = least, largest
     return info
+
+
+def _depth(line: BeamLine, u: Array, body: list[Plate]) -> Array:
+    """Depth (n,) over the flanges along the web, which they lie about by their mid-surfaces.
+
+    Of envelope flanges it is less than from level to level: levels there are apart by a little more
+    than the flange is thick.
+    """
+    s, plates = line.section, {plate.role: plate for plate in body}
+    outer, inner = line.axis_point(u, s.outer), line.axis_point(u, s.outer - s.depth)
+    along = unit(outer - inner)
+    faces = []
+    for role, face, sign in (("flange_outer", outer, 1.0), ("flange_inner", inner, -1.0)):
+        plate = plates.get(role)
+        if plate is not None:
+            level = s.outer if sign > 0.0 else s.outer - s.depth
+            middle = line.axis_point(u, level - sign * plate.thickness / 2.0)
+            normal = ruled_normals(plate.mid, np.clip(u, plate.mid.u0, plate.mid.u1))
+            reach = plate.thickness / 2.0 / np.abs(dot(normal, along))
+            face = middle + sign * reach[:, None] * along
+        faces.append(face)
+    return np.linalg.norm(faces[0] - faces[1], axis=-1)
 
 
 def plate_radii(mid: RuledPatch) -> tuple[float, float]:
