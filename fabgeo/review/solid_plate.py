@@ -174,7 +174,7 @@ def _thickness(apart: list[tuple[Array, Array]]) -> float:
     """
     means = []
     for a, b in apart:
-        along = np.gradient(0.5 * (a + b), axis=0)
+        along = np.gradient(0.5 * (a + b), axis=0, edge_order=2)
         ahead = dot(b - a, along) / np.maximum(dot(along, along), 1e-300)
         means.append(np.linalg.norm(b - a - ahead[:, None] * along, axis=1).mean())
     least = SQUARE * min(means)
