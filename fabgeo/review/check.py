@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from fabgeo.arrays import checked_path
 from fabgeo.review.check_beams import check_beams
 from fabgeo.review.check_bill import check_bill
 from fabgeo.review.check_columns import check_columns
@@ -88,7 +89,7 @@ def check_package(
     InputError
         If the folder holds no package.
     """
-    package = WrittenPackage.open(Path(folder), jobs)
+    package = WrittenPackage.open(checked_path("check_package", folder), jobs)
     findings, measured = Findings(), Measured()
     seconds: dict[str, float] = {}
     for step in STEPS:
