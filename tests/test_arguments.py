@@ -14,6 +14,9 @@ from hypothesis.extra import numpy as hnp
 
 import fabgeo
 from fabgeo import spline
+from fabgeo.build.flats import flats_of
+from fabgeo.build.nests import nests_of
+from fabgeo.build.solids import solids_of
 from fabgeo.errors import FabgeoError, GeometryError, InputError
 from fabgeo.fitting.covering import cover, seam_points
 from fabgeo.structures.fixing import Fixing, LocalHole
@@ -221,3 +224,40 @@ def test_init_follows_no_link(tmp_path: Path) -> None:
     for path in (None, 5, "a\0", tmp_path / ("a" * 300), tmp_path / "none" / "a.toml", "\ud800"):
         with pytest.raises(InputError):
             write_template(path)  # type: ignore[arg-type]
+
+
+PROJECT_OF_STAGES = {
+    "surface": {
+        "unit": "m",
+        "u": [-2.0, 2.0],
+        "v": [-2.0, 2.0],
+        "x": "u",
+        "y": "v",
+        "z": "3-u*u/20",
+    },
+    "strips": {"count": 2, "segments": 4},
+    "panels": {"count": 1},
+}
+
+
+def test_stages_name_what_they_are_not_given() -> None:
+    made = fabgeo.design(PROJECT_OF_STAGES)
+    flats = flats_of(made.project, made.plates)
+    calls: list[tuple[str, Callable[[Any], Any]]] = [
+        ("project", lambda x: flats_of(x, made.plates)),
+        ("project", lambda x: nests_of(x, made.plates, flats)),
+        ("plates", lambda x: flats_of(made.project, x)),
+        ("plates", lambda x: nests_of(made.project, x, flats)),
+        ("flats", lambda x: nests_of(made.project, made.plates, x)),
+        ("parts", solids_of),
+        ("jobs", lambda x: flats_of(made.project, made.plates, x)),
+        ("jobs", lambda x: solids_of(made.plates, x)),
+    ]
+    for name, call in calls:
+        for wrong in (5, "x", b"x", [1], {"P-00-00": 1}, 10**30, object):
+            if name == "jobs" and wrong == 5:
+                continue
+            with pytest.raises(InputError, match=f"^{name}"):
+                call(wrong)
+    with pytest.raises(InputError, match="plates: P-00-00: is there 2 times"):
+        flats_of(made.project, [*made.plates, *made.plates])

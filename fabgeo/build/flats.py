@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from fabgeo.build.arguments import checked_jobs, checked_parts, checked_project
 from fabgeo.build.cache import Cache
 from fabgeo.build.identity import known_by, shape_of
 from fabgeo.build.parallel import Work, results
@@ -31,8 +32,17 @@ def flats_of(
     clock: Clock | None = None,
     cache: Cache | None = None,
 ) -> dict[str, FlatPart]:
-    """Flat parts by mark; plates lie with their outer side up."""
-    clock = clock or Clock()
+    """Flat parts by mark; plates lie with their outer side up.
+
+    Raises
+    ------
+    InputError
+        Naming the argument that is something else.
+    PartError
+        If a plate can't be unrolled.
+    """
+    project, jobs = checked_project(project), checked_jobs(jobs)
+    plates, clock = checked_parts("plates", plates, Plate), clock or Clock()
     grain = project.nesting.rotations if project.nesting else "steps"
     kind, style = {"grain": "along"}.get(grain, grain), style_of(project)
     asked = (kind, style.outline, style.tolerance)

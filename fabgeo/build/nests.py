@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from fabgeo.build.arguments import checked_flats, checked_jobs, checked_parts, checked_project
 from fabgeo.build.cache import Cache
 from fabgeo.build.flats import stocks_of
 from fabgeo.build.identity import identity
@@ -50,7 +51,14 @@ def nests_of(
 
     Groups of up to `AT_ONCE` parts use all cores one after the other; larger ones are divided
     into chains for `jobs` processes.
+
+    Raises
+    ------
+    InputError
+        Naming the argument that is something else, or what no stock is large enough for.
     """
+    project, jobs = checked_project(project), checked_jobs(jobs)
+    plates, flats = checked_parts("plates", plates, Plate), checked_flats(flats)
     asked, store, clock = project.nesting, cache or Cache(), clock or Clock()
     if asked is None:
         return []

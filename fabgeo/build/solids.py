@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from fabgeo.arrays import Array, IntArray
+from fabgeo.build.arguments import checked_jobs, checked_parts
 from fabgeo.build.built import Built
 from fabgeo.build.cache import Cache
 from fabgeo.build.geometry import Design
@@ -38,7 +39,14 @@ def solids_of(
     clock: Clock | None = None,
     cache: Cache | None = None,
 ) -> dict[str, Built]:
-    """Solids of plates and cells by mark, each checked; a part that fails is reported."""
+    """Solids of plates and cells by mark, each checked; a part that fails is reported.
+
+    Raises
+    ------
+    InputError
+        Naming the argument that is something else.
+    """
+    parts, jobs = checked_parts("parts", parts, (Plate, Cell)), checked_jobs(jobs)
     clock, store = clock or Clock(), cache or Cache()
     work = Work("solid", _built, shape_of, _crashed)
     out = {}

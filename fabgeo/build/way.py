@@ -13,7 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fabgeo.arrays import checked_count, checked_path
+from fabgeo.arrays import checked_flag, checked_path
+from fabgeo.build.arguments import checked_jobs
 from fabgeo.build.cache import Cache
 from fabgeo.build.fitted import Fitted, named, parts_of, patches_of, side_by_side, starts_of
 from fabgeo.build.fixings import fixings_of
@@ -83,8 +84,7 @@ def design(
         Naming the file, the setting or the part, and the cure.
     """
     project, base = project_of(project, surface, base)
-    if jobs is not None:
-        checked_count("jobs", jobs, 1)
+    jobs = checked_jobs(jobs)
     clock, cache = clock or Clock(listener), cache or Cache()
     with clock.stage("surface"):
         wanted = surface_of(project, base) if surface is None else as_surface(surface)
@@ -148,6 +148,7 @@ def build_package(
         If the project asks for what an extra brings that is not installed.
     """
     project, base = project_of(project, surface, base)
+    fresh, jobs = checked_flag("fresh", fresh), checked_jobs(jobs)
     if project.ifc:
         need_ifc()
     clock = Clock(listener)
