@@ -25,6 +25,7 @@ DEEPEST = 20  # components within components
 MOST_TRIANGLES = 20_000_000
 MOST_COMPONENTS = 1_000_000  # placed: few that hold each other several times are more than stars
 FALLBACK = "export it again"
+PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # all that OPC allows (ISO/IEC 29500-2)
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")
 
 
@@ -46,12 +47,16 @@ def read_3mf(path: Path) -> tuple[Array, list[list[int]]]:
             if not names:
                 raise InputError(path.name, "holds no 3MF model", FALLBACK)
             info = archive.getinfo(MODEL if MODEL in names else names[0])
+            if info.compress_type not in PACKED:
+                raise InputError(path.name, "is packed as 3MF files never are", FALLBACK)
             if info.file_size > LARGEST_UNZIPPED:
                 size = info.file_size >> 20
                 raise InputError(path.name, f"unpacks to {size} MiB: more than is bearable")
             with archive.open(info) as stream:
                 parser.ParseFile(stream)
         meshes = list(found.built())
+    except InputError:
+        raise
     except zipfile.BadZipFile as error:
         problem = "is not a 3MF file (no sound zip archive)"
         raise InputError(path.name, problem, FALLBACK) from error

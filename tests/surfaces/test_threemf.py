@@ -127,3 +127,13 @@ def test_units_that_there_are_not_are_refused(tmp_path: Path) -> None:
         else:
             with pytest.raises(InputError, match="unknown unit 'parsec'; use micron"):
                 read_mesh(path)
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+def test_ways_of_packing_that_3mf_has_not_are_refused(tmp_path: Path, method: int) -> None:
+    """A damaged byte makes one of them; their unpackers have errors of their own."""
+    path = tmp_path / "x.3mf"
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.writestr("3D/3dmodel.model", HEAD)
+    with pytest.raises(InputError, match=r"^x\.3mf: is packed as 3MF files never are"):
+        read_mesh(path)
