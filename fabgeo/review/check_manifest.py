@@ -16,8 +16,6 @@ LARGEST_TOLERANCE = 0.5  # mm: outlines that are this much off are no cut parts
 THICKNESS = 0.02  # mm
 BOX = 0.1  # mm, boxes are written with one decimal
 FEW = 0.5  # share of the rows that have to contradict a setting for it to be wrong
-EQUAL, WIDER = 0.05, 0.5  # mm: spacings that are the same, and one that is wider than stated
-UNLIKE, SHARE = 6, 0.2  # how many parts of other sizes, and which share of all, have it
 PAGE = "index.html"
 SURFACE_FILES = ("strips.json", PAGE)
 MARK = re.compile(r"\b[PCBWK]-\d{2,}-\d+(?:-[A-Za-z0-9]+)?\b")
@@ -43,7 +41,6 @@ def check_manifest(package: WrittenPackage, measured: Measured, findings: Findin
         _page(package, findings)
     _panels(package, measured, findings)
     _transport(package, findings)
-    _spacing(package, measured, findings)
 
 
 def _files(package: WrittenPackage, findings: Findings) -> None:
@@ -100,19 +97,3 @@ def _transport(package: WrittenPackage, findings: Findings) -> None:
     if says and says.count(False) > FEW * len(says):
         words = f"a box by which {says.count(True)} of {len(says)} verdicts are right"
         findings.add(NAME, "limits.transport_mm", "the verdicts' box", words)
-
-
-def _spacing(package: WrittenPackage, measured: Measured, findings: Findings) -> None:
-    """Where many unlike parts are equally far from the next, that is what they were nested by.
-
-    Like parts lie alike by chance; sheets with much room left tell nothing.
-    """
-    spacing = package.setting("nesting", "spacing", None)
-    near = np.array([own for sheet in measured.sheets.values() for own in sheet.near])
-    if not isinstance(spacing, int | float) or not len(near):
-        return
-    least = float(near[:, 0].min())
-    closest = near[near[:, 0] < least + EQUAL]
-    unlike = len(np.unique(np.round(np.log(closest[:, 1]), 3)))
-    if unlike >= UNLIKE and len(closest) > SHARE * len(near) and least > spacing + WIDER:
-        findings.add(NAME, "nesting.spacing of the sheets", least, spacing)

@@ -115,7 +115,7 @@ def _sheet(
         row = package.cut_rows.get(mark, {})
         check_turn(row, mark, label_of(own), flat, motions, findings, name)
     outline = stock[0].points()
-    near = _apart(package, marks, polygons, outline, findings, name)
+    _apart(package, marks, polygons, outline, findings, name)
     _title(package, drawing, outline, path.parent.name, findings, name)
     cut = sum(shapely.LinearRing(rim).length for rim in rims)
     cut += sum(polygon.length for polygon in polygons)
@@ -123,8 +123,7 @@ def _sheet(
     length, width = np.ptp(outline, axis=0).tolist()
     if abs(shape_area(outline) - length * width) > SIZE * (length + width):
         findings.add(name, "the stock's outline", "a rectangle", "another shape")
-    size = length, width
-    measured.sheets[name] = SheetFile(tuple(marks), used, size, cut, pierces, near)
+    measured.sheets[name] = SheetFile(tuple(marks), used, (length, width), cut, pierces)
 
 
 def _named_outlines(
@@ -179,8 +178,8 @@ def _apart(
     stock: Array,
     findings: Findings,
     name: str,
-) -> tuple[tuple[float, float], ...]:
-    """Margins to the sheet's edge, spacing between parts; `SheetFile.near` of them."""
+) -> None:
+    """Margins to the sheet's edge, spacing between parts."""
     spacing = float(package.setting("nesting", "spacing", 0.0))
     margin = float(package.setting("nesting", "margin", 0.0))
     low, high = stock.min(axis=0), stock.max(axis=0)
@@ -191,12 +190,9 @@ def _apart(
         if room < margin - SLACK:
             findings.add(mark, "margin to the sheet's edge in mm", margin, float(room), name)
     if len(sound) < 2:
-        return ()
+        return
     shapes = np.array(sound)
     tree = shapely.STRtree(shapes)
-    owner, nearest = tree.query_nearest(
-        shapes, exclusive=True, return_distance=True, all_matches=False
-    )
     pairs = tree.query(shapes, predicate="dwithin", distance=max(spacing - SLACK, 0.0))
     for i, j in pairs.T.tolist():
         if i >= j:
@@ -212,7 +208,6 @@ def _apart(
         findings.add(marks[i], "spacing on its sheet in mm", spacing, found, name)
         findings.add(marks[j], "spacing on its sheet in mm", spacing,
                      found.replace(marks[j], marks[i]), name)  # fmt: skip
-    return tuple(zip(nearest.tolist(), shapely.area(shapes[owner[0]]).tolist(), strict=True))
 
 
 def _row(package: WrittenPackage, name: str, sheet: SheetFile, findings: Findings) -> None:

@@ -46,8 +46,7 @@ class FlatFile:
 class SheetFile:
     """One nested sheet in numbers: marks on it, net area of its parts in mm2, its stock's sides.
 
-    `cut` is the length of all its contours in mm, `pierces` their number; `near` has for every part
-    the distance to the nearest other one and its area, of a sheet with several.
+    `cut` is the length of all its contours in mm, `pierces` their number.
     """
 
     marks: tuple[str, ...]
@@ -55,7 +54,6 @@ class SheetFile:
     size: tuple[float, float]
     cut: float
     pierces: int
-    near: tuple[tuple[float, float], ...] = ()
 
     @property
     def whole(self) -> float:

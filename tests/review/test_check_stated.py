@@ -161,7 +161,6 @@ FAULTS: dict[str, tuple[Fault, Iterable[str]]] = {
     "material": (put(MANIFEST, "steel", "project", "panels", "material"), {MANIFEST}),
     "tolerance": (put(MANIFEST, 5.0, "project", "cutting", "tolerance"), {MANIFEST}),
     "depth": (put(MANIFEST, -245.0, "project", "cells", "depth"), {MANIFEST}),
-    "spacing": (put(MANIFEST, 3.0, "project", "nesting", "spacing"), {MANIFEST}),
     "transport": (
         put(MANIFEST, [900.0, 500.0, 500.0], "project", "limits", "transport_mm"),
         {MANIFEST},
